@@ -20,9 +20,9 @@ from varcontact.errors import SceneError
 from varcontact.interfaces.potential import magnitude
 from varcontact.system.process import one_blas_thread
 
-FAINT = 1e-6
-"""Part of the traction bound below which tractions are measured by the bound, as to what wrong
-pressures do to them."""
+SMALL_TRACTION = 1e-6
+"""Part of the traction bound below which the errors of tractions by wrong pressures are measured
+relative to the bound."""
 
 
 def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, float]:
@@ -51,9 +51,8 @@ def residual_on_grid(problem: TangentialProblem, state: ContactState) -> float:
     size = magnitude(state.traction.reshape(2, -1))
     error = relative(np.delete(size, problem.operator.elements).max(initial=0.0), float(size.max()))
     if problem.size:
-        error = worst(
-            error, tangential_residual(problem, *problem.of_grid(state.traction, state.rigid))
-        )
+        tractions, shifts = problem.of_grid(state.traction, state.rigid)
+        error = worst(error, tangential_residual(problem, tractions, shifts))
     return error
 
 
@@ -64,44 +63,46 @@ def coupling_residual(
     state: ContactState,
     approach: np.ndarray,
 ) -> float:
-    """What the residual of the normal problem does to the tractions of unlike bodies; 0 for like
+    """Error of the tractions of unlike bodies by the residual of the normal problem; 0 for like
     bodies.
 
     A change of the pressures shifts the surfaces by K, and friction f makes that ``K/f`` times as
     large a part of the tractions: the less friction, the more exact the pressures have to be. So
     the tractions are judged under the pressures that the natural map has in place of these. Where a
-    force is prescribed, the rigid shift follows what that moves the elements that stick, in the
-    mean: that changes the creepage, and no traction. Tractions of less than `FAINT` of what
-    friction bears are measured by that: where hardly anything rubs, they may be nothing but
-    rounding.
+    force is prescribed, the rigid shift follows the mean shift of the elements that stick: that
+    changes the creepage, and no traction. Tractions of less than `SMALL_TRACTION` of the bound are
+    measured relative to it: where hardly anything rubs, they may be nothing but rounding.
     """
     if disc.K == 0 or not np.any(state.traction):
         return 0.0
-    pressure, rigid = state.pressure, state.rigid
+    pressure = state.pressure
+    rigid = state.rigid
     image = _normal_image(normal, pressure.ravel(), approach).reshape(pressure.shape)
+    # rigid shift where a force is prescribed
     if tangential.size and tangential.free:
         tractions, shifts = tangential.of_grid(state.traction, rigid)
         trial = tractions - tangential.shift(tractions, shifts) / tangential.operator.diagonal
         sticks = tangential.operator.elements[magnitude(trial) <= tangential.bound * (1 + 1e-8)]
         free = [tangential.directions[i] for i in tangential.free]
         if sticks.size:
-            moved = (
-                disc.pressure_to_shift.apply((image - pressure)[None])
-                .reshape(2, -1)[:, sticks]
-                .mean(axis=1)
-            )
-            rigid = rigid - np.where(np.isin((0, 1), free), moved, 0.0)
+            change = disc.pressure_to_shift.apply((image - pressure)[None])
+            mean = change.reshape(2, -1)[:, sticks].mean(axis=1)
+            rigid = rigid - np.where(np.isin((0, 1), free), mean, 0.0)
+    # residual under these pressures
+    problem = disc.tangential_problem(image, acting=state.traction)
+    residual = residual_on_grid(problem, replace(state, rigid=rigid))
     largest = float(magnitude(state.traction.reshape(2, -1)).max())
     bound = float(tangential.bound.max(initial=0.0))
-    part = largest / max(largest, FAINT * bound) if np.isfinite(bound) else 1.0
-    return part * residual_on_grid(
-        disc.tangential_problem(image, acting=state.traction), replace(state, rigid=rigid)
-    )
+    if not np.isfinite(bound):
+        return residual
+    return largest / max(largest, SMALL_TRACTION * bound) * residual
 
 
 def relative(value: float, scale: float) -> float:
-    """A value by a scale; zero where there is no scale."""
-    return 0.0 if scale == 0 else float(value / scale)  # NaN stays NaN
+    """A value divided by a scale; zero where there is no scale."""
+    if scale == 0:
+        return 0.0
+    return float(value / scale)  # NaN stays NaN
 
 
 def worst(*values: float) -> float:
@@ -115,7 +116,8 @@ def normal_residual(
     rigid: np.ndarray,
     elastic: np.ndarray | None = None,
 ) -> float:
-    """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks.
+    """Largest ``|p - max(p - e/rho, 0)|`` relative to the largest pressure; under a prescribed
+    force also its error.
 
     Parameters
     ----------
@@ -140,10 +142,10 @@ def _normal_image(
     elastic: np.ndarray | None = None,
 ) -> np.ndarray:
     """The pressures ``max(p - e/rho, 0)`` that the natural map has in place of p."""
-    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
-    return np.maximum(
-        pressure - (problem.distance - rigid[0] + elastic) / problem.operator.diagonal, 0.0
-    )
+    if elastic is None:
+        elastic = problem.operator.apply(pressure[None])[0]
+    distance = problem.distance - rigid[0] + elastic
+    return np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
 
 
 def tangential_residual(
@@ -152,8 +154,8 @@ def tangential_residual(
     rigid: np.ndarray,
     shift: np.ndarray | None = None,
 ) -> float:
-    """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces
-    prescribed, what they lack.
+    """Largest ``|p - Proj(p - E/rho)|`` relative to the largest traction; under
+    prescribed forces also their errors.
 
     Parameters
     ----------
@@ -164,7 +166,8 @@ def tangential_residual(
     -------
     float
     """
-    shift = problem.shift(traction, rigid) if shift is None else shift
+    if shift is None:
+        shift = problem.shift(traction, rigid)
     problem = problem.under(traction)
     # an iterate that diverges ends at NaN, which is no residual
     with np.errstate(over="ignore", invalid="ignore"):
@@ -175,10 +178,12 @@ def tangential_residual(
     for i in problem.free:
         force = problem.force[i]
         assert force is not None
-        lacking = abs(traction[i].sum() * problem.area - force)
+        error = abs(traction[i].sum() * problem.area - force)
         scale = size * problem.area * math.sqrt(problem.size)
-        # nothing carries nothing
-        residual = worst(residual, relative(lacking, scale if scale > 0 else abs(force)))
+        # without tractions the force itself is the scale
+        if not scale > 0:
+            scale = abs(force)
+        residual = worst(residual, relative(error, scale))
     return residual
 
 
@@ -211,10 +216,13 @@ def gap(
     -------
     absolute, relative : float
     """
-    shift = problem.shift(traction, rigid) if shift is None else shift
+    if shift is None:
+        shift = problem.shift(traction, rigid)
     if problem.no_slip:
         definite = problem.symmetric_part
-        error = np.inf if definite is None else float(definite.energies(shift[None])[0])
+        error = np.inf
+        if definite is not None:
+            error = float(definite.energies(shift[None])[0])
         work = abs(float(np.sum(traction * (problem.rigid_shift + rigid[:, None]))))
         return error * problem.area, relative(error, work)
     work = problem.bound @ magnitude(problem.rigid_shift + rigid[:, None])
@@ -252,21 +260,31 @@ def normal_gap(
     -------
     absolute, relative : float
     """
-    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
-    total, approach = float(pressure.sum()), float(rigid[0])
+    if elastic is None:
+        elastic = problem.operator.apply(pressure[None])[0]
     if problem.force is not None:
         level = problem.distance + elastic
         value = float(pressure @ (level - level.min()))
     else:
+        approach = float(rigid[0])
         distance = problem.distance + elastic - approach
         overlap = max(-float(distance.min()), 0.0)
-        least = float(problem.operator.grid_operator.table.min())
-        if least <= 0:  # sum(p)^2 is at most n p'p
-            definite = positive_definite(problem.operator)
-            least = 0.0 if definite is None else definite.least / pressure.size
-        most = (approach - float(problem.distance.min())) / least if least > 0 else math.inf
-        value = float(pressure @ np.abs(distance)) + overlap * max(most, total)
+        largest_sum = max(_largest_sum(problem, approach), float(pressure.sum()))
+        value = float(pressure @ np.abs(distance)) + overlap * largest_sum
     return value * problem.area, relative(value, float(pressure @ elastic))
+
+
+def _largest_sum(problem: NormalProblem, approach: float) -> float:
+    """A bound on ``sum(p*)`` under a prescribed approach."""
+    least = float(problem.operator.grid_operator.table.min())
+    if least <= 0:  # sum(p)^2 is at most n p'p
+        definite = positive_definite(problem.operator)
+        if definite is None:
+            return math.inf
+        least = definite.least / problem.distance.size
+    if not least > 0:
+        return math.inf
+    return (approach - float(problem.distance.min())) / least
 
 
 # ----------------------------------------------------------------------------- energies
@@ -294,12 +312,11 @@ def complementary_energy(problem: NormalProblem | TangentialProblem, traction: n
         In steady rolling, which has no energy.
     """
     elastic = _elastic(problem, traction)
-    known = (
-        problem.distance - (problem.approach or 0.0)
-        if isinstance(problem, NormalProblem)
-        else problem.rigid_shift
-    )
-    return -problem.area * float(np.sum(traction * (0.5 * elastic + known)))
+    if isinstance(problem, NormalProblem):
+        rigid = problem.distance - (problem.approach or 0.0)
+    else:
+        rigid = problem.rigid_shift
+    return -problem.area * float(np.sum(traction * (0.5 * elastic + rigid)))
 
 
 @one_blas_thread()
@@ -337,12 +354,17 @@ def potential_energy(
     elastic = _elastic(problem, traction)
     stored = 0.5 * problem.area * float(np.sum(traction * elastic))
     if isinstance(problem, NormalProblem):
+        if problem.force is None:
+            return stored
         level = float(np.min(problem.distance + elastic[0]))
-        return stored - (0.0 if problem.force is None else problem.force * level)
-    free = np.zeros(problem.components) if rigid is None else rigid
-    shift = magnitude(elastic + problem.rigid_shift + free[:, None])
-    lost = 0.0 if problem.no_slip else problem.area * float(problem.bound @ shift)
-    return stored + lost + sum(float(free[i]) * (problem.force[i] or 0.0) for i in problem.free)
+        return stored - problem.force * level
+    if rigid is None:
+        rigid = np.zeros(problem.components)
+    shift = magnitude(elastic + problem.rigid_shift + rigid[:, None])
+    lost = 0.0
+    if not problem.no_slip:
+        lost = problem.area * float(problem.bound @ shift)
+    return stored + lost + sum(float(rigid[i]) * (problem.force[i] or 0.0) for i in problem.free)
 
 
 def _elastic(problem: NormalProblem | TangentialProblem, traction: np.ndarray) -> np.ndarray:

@@ -33,8 +33,8 @@ STRIPS: Cells = (1, 7)
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """Pressure (ny, nx) and tractions (2, ny, nx) on the whole grid, dimensionless, and how solvers
-    came to them.
+    """Pressure (ny, nx) and tractions (2, ny, nx) on the whole grid, dimensionless, and the records
+    of the solvers.
     """
 
     pressure: np.ndarray
@@ -67,8 +67,12 @@ class ContactState:
         return replace(self, fields={**self.fields, **fields})
 
     def unknown(self, name: str) -> np.ndarray:
-        """What passes seek: a field of the contact, or an implicit one of the interfaces."""
-        return np.asarray(self.fields[name] if name in self.fields else getattr(self, name))
+        """The unknown of the passes: a field of the contact, or an implicit one of the
+        interfaces.
+        """
+        if name in self.fields:
+            return np.asarray(self.fields[name])
+        return np.asarray(getattr(self, name))
 
     def with_unknown(self, name: str, value: np.ndarray) -> ContactState:
         if name in self.fields:
@@ -94,9 +98,10 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
     if disc.grid.line:  # from the depth that its influence numbers have
         assert isinstance(disc.bodies, Bodies)
         assert isinstance(disc.surface, Cylinders)
-        cylinders = line_contact(disc.hertz.Rx, disc.bodies, a=disc.hertz.a)
         depth = disc.surface.reference_depth
-        approach = cylinders.approach(FREE_DEPTH * disc.scales.length if depth is None else depth)
+        if depth is None:
+            depth = FREE_DEPTH * disc.scales.length
+        approach = line_contact(disc.hertz.Rx, disc.bodies, a=disc.hertz.a).approach(depth)
     approach = (approach - disc.base) / disc.scales.displacement
     return replace(state, pressure=pressure / disc.scales.pressure, approach=approach)
 
@@ -107,7 +112,9 @@ def cells_of(edge: str, line: bool) -> Cells:
     """
     if edge == "centres":
         return 1, 1
-    return STRIPS if line else SQUARE
+    if line:
+        return STRIPS
+    return SQUARE
 
 
 def means(values: np.ndarray, cells: Cells) -> np.ndarray:
@@ -135,7 +142,8 @@ def with_subgrid(disc: Discretisation, pressure: np.ndarray | None) -> Discretis
     """
     if pressure is None:
         return disc
-    (rows, columns), (ny, nx) = pressure.shape, disc.grid.shape
+    rows, columns = pressure.shape
+    ny, nx = disc.grid.shape
     parts = divided(disc, (rows // ny, columns // nx))
     return replace(disc, subgrid=Subgrid(parts, pressure / disc.scales.pressure))
 
@@ -149,11 +157,8 @@ def as_solved(
     if disc.subgrid is None:
         return disc, pressure, approach
     parts = disc.subgrid.disc
-    return (
-        parts,
-        disc.subgrid.pressure,
-        approach + (disc.base - parts.base) / disc.scales.displacement,
-    )
+    approach = approach + (disc.base - parts.base) / disc.scales.displacement
+    return parts, disc.subgrid.pressure, approach
 
 
 def normal_as_solved(
@@ -165,10 +170,7 @@ def normal_as_solved(
     Given are those of the elements, and the tractions (2, ny, nx) of unlike bodies; all is
     dimensionless.
     """
+    if traction is not None and (disc.K == 0 or not np.any(traction)):
+        traction = None
     lattice, pressure, approach = as_solved(disc, pressure, approach)
-    coupled = traction is not None and disc.K != 0 and bool(np.any(traction))
-    return (
-        lattice.normal_problem(traction if coupled else None),
-        pressure.ravel(),
-        np.array([approach]),
-    )
+    return lattice.normal_problem(traction), pressure.ravel(), np.array([approach])

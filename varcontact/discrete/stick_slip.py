@@ -1,4 +1,4 @@
-"""Where a contact state sticks, flows and slips, by how much, and the work that friction takes."""
+"""Stick, plastic flow and slip of a contact state, and the work that friction takes."""
 
 from __future__ import annotations
 
@@ -11,8 +11,12 @@ from varcontact.discrete.state import ContactState
 from varcontact.interfaces.interface import Fields, Response
 from varcontact.transports import further_along, mirrored
 
-EXTERIOR, STICK, SLIP, PLASTIC = 0, 1, 2, 3
-AT_BOUND = 1e-8
+EXTERIOR = 0
+STICK = 1
+SLIP = 2
+PLASTIC = 3
+
+AT_BOUND_TOL = 1e-8
 """Relative distance beyond the bound from which a trial traction slips."""
 
 
@@ -42,8 +46,8 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
         noise = 1e-12 * np.abs(trial).max()
         flows = np.zeros_like(contact)
         if potential.flow is not None:
-            flows = size > potential.flow.threshold * (1 + AT_BOUND) + noise
-        beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND) + noise
+            flows = size > potential.flow.threshold * (1 + AT_BOUND_TOL) + noise
+        beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND_TOL) + noise
         areas[contact & flows] = PLASTIC
         areas[contact & beyond] = SLIP
         areas[contact & beyond & (potential.bound < friction_bound)] = PLASTIC
@@ -60,7 +64,7 @@ def friction_bound_of(disc: Discretisation, pressure: np.ndarray) -> np.ndarray:
 
 
 def response_of(disc: Discretisation, state: ContactState) -> Response:
-    """What interfaces are told of a state."""
+    """The response of a state, for the interfaces."""
     shift = local_shift(disc, state)
     return Response(state.pressure, state.traction, shift, friction_bound_of(disc, state.pressure))
 
@@ -78,7 +82,7 @@ def with_implied_fields(disc: Discretisation, state: ContactState) -> Discretisa
 def flow_of(
     disc: Discretisation, state: ContactState, shift: np.ndarray, areas: np.ndarray
 ) -> np.ndarray:
-    """What a layer flows in a step, (2, ny, nx), dimensionless, under the local shift of a
+    """Plastic flow of a layer in a step, (2, ny, nx), dimensionless, under the local shift of a
     state.
     """
     flow = with_implied_fields(disc, state).potential(state.pressure).flow
@@ -88,16 +92,16 @@ def flow_of(
 
 
 def left_fields(disc: Discretisation, state: ContactState) -> Fields:
-    """What particles have at the end of a step, dimensionless, by the names of the layer's
+    """Quantities of the particles at the end of a step, dimensionless, by the names of the layer's
     quantities.
     """
     layer = disc.loading.layer
     if layer is None:
         return {}
     response = response_of(disc, state)
-    areas = shift_and_areas(disc, state)[1]
-    flowed = flow_of(disc, state, response.shift, areas)
-    return layer.leave(response, flowed, disc.surroundings)
+    _, areas = shift_and_areas(disc, state)
+    flow = flow_of(disc, state, response.shift, areas)
+    return layer.leave(response, flow, disc.surroundings)
 
 
 def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
@@ -130,52 +134,71 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     particles there at the end of the step, p' and E' of those at its beginning, with spin in the
     middle of their paths. The sum is the work put in less the elastic energy stored.
     """
-    motion, before, traction = disc.loading.motion, disc.loading.previous_step, state.traction
+    motion = disc.loading.motion
+    traction = state.traction
     if motion is None or motion.rolls == 0 or disc.loading.frictionless:
-        shift = shift if disc.loading.layer is None else local_shift(disc, state)
+        if disc.loading.layer is not None:
+            shift = local_shift(disc, state)
         return np.asarray(0.0 - np.sum(traction * shift, axis=0))
     assert disc.step is not None
-    rolled, (x, y), scales = motion.rolls * disc.step, disc.points, disc.scales
-    fields = traction if disc.K == 0 else np.concatenate([traction, state.pressure[None]])
-    elastic_now = _elastic_shift(disc, fields)
-    if not disc.operators.medium.even:
-        traction_then = traction
-        backwards = mirrored(disc.transport.stencil)
-        elastic_then = -disc.operators.tangential(backwards).apply(traction)
-        if disc.K != 0:
-            elastic_then = elastic_then - disc.operators.pressure_to_shift(backwards).apply(
-                fields[2:]
-            )
-    elif disc.loading.steady:
-        traction_then = traction
-        elastic_then = -_mirrored(_elastic_shift(disc, _mirrored(fields)))
+    rolled = motion.rolls * disc.step
+    # elastic part of E and E', and the tractions p'
+    fields = traction
+    if disc.K != 0:
+        fields = np.concatenate([traction, state.pressure[None]])
+    elastic_end = _elastic_shift(disc, fields)
+    if disc.loading.steady or not disc.operators.medium.even:
+        traction_start = traction
     else:
-        traction_then = np.zeros_like(traction)
-        elastic_then = _mirrored(disc.operators.carrying(rolled).apply(_mirrored(fields)))
-    if before is not None:
-        elastic_now = elastic_now - before.displacement
-        elastic_then = elastic_then - (
-            _elastic_shift(disc, before.traction) if before.left is None else before.left
-        )
-        traction_then = before.traction[:2]
+        traction_start = np.zeros_like(traction)
+    elastic_start = _elastic_shift_at_start(disc, fields, rolled)
+    previous = disc.loading.previous_step
+    if previous is not None:
+        traction_start = previous.traction[:2]
+        elastic_end = elastic_end - previous.displacement
+        left = previous.left
+        if left is None:
+            left = _elastic_shift(disc, previous.traction)
+        elastic_start = elastic_start - left
+    # rigid part
+    scales = disc.scales
+    x, y = disc.points
     path = replace(motion.step(disc.step * scales.length), spin_offset=0.5)
     free = state.rigid[:, None, None] + disc.slip_of_elements / scales.displacement
-    rigid_now, rigid_then = (
-        path.shift(at, y, scales.length) / scales.displacement + free for at in (x, x - rolled)
-    )
-    lost = traction * (rigid_now + elastic_now) + traction_then * (rigid_then + elastic_then)
-    return np.asarray(0.0 - 0.5 * np.sum(lost, axis=0))
+    rigid_end = path.shift(x, y, scales.length) / scales.displacement + free
+    rigid_start = path.shift(x - rolled, y, scales.length) / scales.displacement + free
+    # work, by the mean of both
+    lost_end = traction * (rigid_end + elastic_end)
+    lost_start = traction_start * (rigid_start + elastic_start)
+    return np.asarray(0.0 - 0.5 * np.sum(lost_end + lost_start, axis=0))
 
 
 def _elastic_shift(disc: Discretisation, fields: np.ndarray) -> np.ndarray:
-    """By tractions and, where the bodies differ, pressures; without edge compliance."""
+    """Shift by tractions and, where the bodies differ, pressures; without edge compliance."""
     shift = disc.tangential_operator.apply(fields[:2])
-    return shift if len(fields) == 2 else shift + disc.pressure_to_shift.apply(fields[2:])
+    if len(fields) > 2:
+        shift = shift + disc.pressure_to_shift.apply(fields[2:])
+    return shift
+
+
+def _elastic_shift_at_start(disc: Discretisation, fields: np.ndarray, rolled: float) -> np.ndarray:
+    """Shift in a step, by the tractions at its end, of the particles that are there at its start;
+    in a history without the past tractions.
+    """
+    if not disc.operators.medium.even:
+        backwards = mirrored(disc.transport.stencil)
+        shift = -disc.operators.tangential(backwards).apply(fields[:2])
+        if len(fields) > 2:
+            shift = shift - disc.operators.pressure_to_shift(backwards).apply(fields[2:])
+        return shift
+    if disc.loading.steady:
+        return -_mirrored(_elastic_shift(disc, _mirrored(fields)))
+    return _mirrored(disc.operators.carrying(rolled).apply(_mirrored(fields)))
 
 
 def _mirrored(fields: np.ndarray) -> np.ndarray:
-    """Mirrored in a plane across x: between mirrored fields bodies roll the other way, whatever
-    varies along y.
+    """Fields mirrored in a plane across x: between them bodies roll the other way, whatever varies
+    along y.
     """
     mirrored = fields[..., ::-1].copy()
     mirrored[0] *= -1
@@ -186,9 +209,14 @@ def own_influence(disc: Discretisation) -> float:
     """Mean of an element's influence on itself along x and y; any, where there is no traction to
     compare with.
     """
-    return 1.0 if disc.loading.frictionless else disc.tangential_operator.on(np.arange(1)).diagonal
+    if disc.loading.frictionless:
+        return 1.0
+    return disc.tangential_operator.on(np.arange(1)).diagonal
 
 
 def unit_slip(disc: Discretisation) -> float:
     """Dimensionless shift that is a relative slip of 1; in a shift, that is one unit of length."""
-    return (1.0 if disc.step is None else disc.step * disc.scales.length) / disc.scales.displacement
+    length = 1.0
+    if disc.step is not None:
+        length = disc.step * disc.scales.length
+    return length / disc.scales.displacement

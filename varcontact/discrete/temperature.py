@@ -24,7 +24,7 @@ RISE = "temperature_rise"
 
 @dataclass(frozen=True, eq=False)
 class Heat:
-    """What friction heats in a step, by area and time, and where it touches, (ny, nx)."""
+    """Frictional heat in a step, by area and time, and the contact area, (ny, nx)."""
 
     power: np.ndarray
     contact: np.ndarray
@@ -35,9 +35,8 @@ class Heat:
     def of(cls, power_density: np.ndarray, contact: np.ndarray, step: TimeStep) -> Heat:
         """That of a power density: work by area and distance rolled, in a step in place by area."""
         assert step.dt is not None
-        return cls(
-            power_density * ((step.dq or 1.0) / step.dt), contact, step.dt, step.rolls * step.dq
-        )
+        power = power_density * ((step.dq or 1.0) / step.dt)
+        return cls(power, contact, step.dt, step.rolls * step.dq)
 
 
 def temperature_rise(
@@ -52,11 +51,13 @@ def temperature_rise(
     for heat, (now, then), (near, far) in _pieces(path, dx):
         if not heat.power.any() or min(abs(near), abs(far)) > rise.shape[1]:
             continue
-        last, first = further_along(heat.power, near), further_along(heat.power, far)
-        fall = (first - last) / (then - now)
-        rise += 2 * (last - fall * now) * (math.sqrt(then) - math.sqrt(now)) + 2 / 3 * fall * (
-            then**1.5 - now**1.5
-        )
+        # heat q = q0 + slope t at the time t before the end
+        last = further_along(heat.power, near)
+        first = further_along(heat.power, far)
+        slope = (first - last) / (then - now)
+        constant_part = 2 * (last - slope * now) * (math.sqrt(then) - math.sqrt(now))
+        linear_part = 2 / 3 * slope * (then**1.5 - now**1.5)
+        rise += constant_part + linear_part
     return rise / (math.sqrt(math.pi) * sum(body.effusivity for body in bodies))
 
 
@@ -68,23 +69,21 @@ def temperatures_in_time(
     A particle that has left the contact goes back to the temperature of its body by the times it
     was inside, and since it entered.
     """
+    # times in contact, and since the particle entered it
     inside, since = np.zeros((2, *path[-1].contact.shape))
     for heat, (now, then), (near, far) in _pieces(path, dx):
-        last, first = (
-            further_along(1.0 * heat.contact, near),
-            further_along(1.0 * heat.contact, far),
-        )
+        last = further_along(1.0 * heat.contact, near)
+        first = further_along(1.0 * heat.contact, far)
+        # part of the piece in which the particle is more in contact than out of it
         change = np.abs(first - last)
-        part = np.clip(
-            (np.maximum(first, last) - 0.5) / np.where(change > 0, change, 1e-9), 0.0, 1.0
-        )
+        excess = np.maximum(first, last) - 0.5
+        part = np.clip(excess / np.where(change > 0, change, 1e-9), 0.0, 1.0)
         inside += part * (then - now)
         entered = np.where(first >= 0.5, then, now + part * (then - now))
         since = np.where(part > 0, entered, since)
     part = np.where(path[-1].contact, 1.0, inside / np.where(since > 0, since, 1.0))
-    return temperature_rise(path, dx, bodies) + background(
-        2 / math.pi * np.arcsin(np.sqrt(part)), bodies
-    )
+    without_friction = background(2 / math.pi * np.arcsin(np.sqrt(part)), bodies)
+    return temperature_rise(path, dx, bodies) + without_friction
 
 
 def _pieces(
@@ -99,11 +98,15 @@ def _pieces(
     for heat in reversed(path):
         far = round(near + heat.rolled / dx, 9)
         low, high = sorted((near, far))
-        inner = np.arange(math.floor(low) + 1, math.ceil(high), dtype=float)
-        stops = [near, *(inner if near < far else inner[::-1]), far]
-        for one, other in pairwise(stops):
-            then = now + heat.time * (abs(other - one) / (high - low) if high > low else 1.0)
-            yield heat, (now, then), (one, other)
+        centres = np.arange(math.floor(low) + 1, math.ceil(high), dtype=float)
+        if near >= far:
+            centres = centres[::-1]
+        for start, end in pairwise([near, *centres, far]):
+            part = 1.0
+            if high > low:
+                part = abs(end - start) / (high - low)
+            then = now + heat.time * part
+            yield heat, (now, then), (start, end)
             now = then
         near = far
 
@@ -118,29 +121,30 @@ def surface_temperatures(
     with heat that is linear between the elements' centres; behind the contact each body goes back
     to its own temperature.
     """
-    nx, together = heat.shape[1], sum(body.effusivity for body in bodies)
+    # rise by friction: weights of column i on column j
+    nx = heat.shape[1]
     k = np.arange(nx, dtype=float)
     weights = (k + 1) ** 1.5 - 2 * k**1.5 + np.abs(k - 1) ** 1.5
     weights[0] = 1.0
-    # from column i on column j
     ahead = np.tril(4 / 3 * math.sqrt(dx) * weights[np.abs(k[:, None] - k).astype(int)])
-    rise = heat @ ahead / (together * math.sqrt(math.pi * speed))
+    effusivity = sum(body.effusivity for body in bodies)
+    rise = heat @ ahead / (effusivity * math.sqrt(math.pi * speed))
+    # columns from the leading edge, and the width of the contact
     last = nx - 1 - np.argmax(contact[:, ::-1], axis=1)[:, None]
     width = last + 1 - np.argmax(contact, axis=1)[:, None]
     passed = last + 0.5 - k
-    since = np.where(
-        passed > width, 2 / math.pi * np.arcsin(np.sqrt(width / np.maximum(passed, width))), 1.0
-    )
-    return rise + background(
-        np.where(contact.any(axis=1, keepdims=True) & (passed > 0), since, 0.0), bodies
-    )
+    # temperature without friction: common in the contact, behind it back to each body's own
+    behind = 2 / math.pi * np.arcsin(np.sqrt(width / np.maximum(passed, width)))
+    since = np.where(passed > width, behind, 1.0)
+    since = np.where(contact.any(axis=1, keepdims=True) & (passed > 0), since, 0.0)
+    return rise + background(since, bodies)
 
 
 def background(since: np.ndarray | float, bodies: tuple[Thermal, Thermal]) -> np.ndarray:
     """Temperatures (2, ...) without friction: in contact (1) the mean by effusivities, else a part
     of the way.
     """
-    one, other = bodies
-    together = one.effusivity + other.effusivity
-    mean = (one.effusivity * one.temperature + other.effusivity * other.temperature) / together
+    upper, lower = bodies
+    weighted = upper.effusivity * upper.temperature + lower.effusivity * lower.temperature
+    mean = weighted / (upper.effusivity + lower.effusivity)
     return np.array([body.temperature + (mean - body.temperature) * since for body in bodies])
