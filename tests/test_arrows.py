@@ -52,7 +52,6 @@ CONVENIENCE = {
     "results.history": {"io.history", "plotting.history"},
     "wheel_rail.profile": {"wheel_rail.plots"},
     "wheel_rail.result": {"wheel_rail.plots"},
-    "wheel_rail.wheel_on_rail": {"wheel_rail.solve", "wheel_rail.virtual_penetration"},
 }
 """Methods that users expect on an object (`plot`, `save`, `report`, `solve`, `to_...`) call what
 comes after it."""

@@ -29,7 +29,8 @@ from varcontact.wheel_rail.wear_laws import (
     fatigue_damage,
     sheffield_wear,
 )
-from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import ContactPatch
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from varcontact.errors import NotConverged, SceneError
-from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import WheelGeometry
 
 ROUNDS = 30
 """Heights that are tried."""
@@ -37,7 +37,7 @@ class BearingHeight:
 
     def __init__(
         self,
-        case: WheelOnRail,
+        case: WheelGeometry,
         tol: float,
         start: float | None = None,
         known: tuple[float, float] | None = None,

@@ -10,7 +10,7 @@ import numpy as np
 from varcontact.scene.plausibility import warn as warn_of_doubts
 from varcontact.wheel_rail.profile import check_sides
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
-from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import WheelGeometry
 
 CONFORMAL = 3.0
 """Half widths that the radius of curvature of each profile should have at least, for
@@ -94,7 +94,7 @@ def _elements_across(solved: PatchSolution) -> list[int]:
     return [int(np.count_nonzero((solved.solution.pressure > 0).any(axis=axis))) for axis in (0, 1)]
 
 
-def too_wide(case: WheelOnRail, solved: PatchSolution) -> dict[str, float]:
+def too_wide(case: WheelGeometry, solved: PatchSolution) -> dict[str, float]:
     """Radii of curvature [mm], by profile, that are small beside a patch in a plane."""
     patch, half = solved.patch, solved.half_width
     found: dict[str, float] = {}

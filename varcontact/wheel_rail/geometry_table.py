@@ -31,7 +31,8 @@ from varcontact.theories.linear import Contact
 from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet
-from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import STEEL
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 SLOTS = 3
 """Patches of a wheel that are tabulated at most."""

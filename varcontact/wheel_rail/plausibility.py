@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from varcontact.wheel_rail.profile import Profile
-from varcontact.wheel_rail.wheel_on_rail import ContactPatch, OnTrack, WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import ContactPatch, OnTrack, WheelGeometry
 
 LIGHT, HEAVY = 1e3, 500e3
 """Loads on a wheel [N]: of a lighter one they are in kN, of a heavier one in another unit."""
@@ -40,7 +40,7 @@ def doubts(case: OnTrack) -> tuple[str, ...]:
 
 def _load(case: OnTrack) -> str:
     """A load that looks like one in kN, or is greater than wheels bear."""
-    wheels = 1 if isinstance(case, WheelOnRail) else 2
+    wheels = 1 if isinstance(case, WheelGeometry) else 2
     load = case.vertical_force
     if load is None or wheels * LIGHT <= load <= wheels * HEAVY:
         return ""

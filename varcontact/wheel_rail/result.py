@@ -22,7 +22,7 @@ from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.position import Position
 from varcontact.wheel_rail.quantities import exact_values, report_lines
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
-from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import ContactPatch, WheelGeometry
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -242,7 +242,7 @@ class WheelRailSolution(WheelForces, Reported):
 
     Attributes
     ----------
-    case : WheelOnRail
+    case : WheelGeometry
     z : float
         Height of the axle, downwards [mm].
     patches : tuple of PatchSolution
@@ -251,7 +251,7 @@ class WheelRailSolution(WheelForces, Reported):
         Heights that were tried; 0 where it was given.
     """
 
-    case: WheelOnRail
+    case: WheelGeometry
     patches: tuple[PatchSolution, ...]
     rounds: int
 

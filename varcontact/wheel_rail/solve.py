@@ -43,6 +43,7 @@ from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.doubts import noisy_patches, too_wide, warn, warn_of_noise
 from varcontact.wheel_rail.plausibility import doubts
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.wheel_geometry import VARIES, ContactPatch, WheelGeometry
 from varcontact.wheel_rail.wheel_on_elements import (
     Start,
     WheelOnElements,
@@ -51,7 +52,6 @@ from varcontact.wheel_rail.wheel_on_elements import (
     solved_alone,
     vertical,
 )
-from varcontact.wheel_rail.wheel_on_rail import VARIES, ContactPatch, WheelOnRail
 
 SIDE_BY_SIDE = 32
 """Parts of a sweep whose tractions are solved for at a time."""
@@ -72,7 +72,7 @@ again."""
 
 
 def solve_wheel_on_rail(
-    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+    case: WheelGeometry, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """See `WheelOnRail.solve`; `methods` has the arguments of `varcontact.solve`."""
     warn_of_doubts(doubts(case), stacklevel=5)
@@ -93,7 +93,7 @@ def solve_wheel_on_rail(
 
 
 def solve_wheels_on_rails(
-    cases: Sequence[WheelOnRail],
+    cases: Sequence[WheelGeometry],
     tol: float = 1e-6,
     certify: CertifyName | None = None,
     on_first: Callable[[WheelRailSolution], None] = lambda first: None,
@@ -149,7 +149,7 @@ class _Series:
 
     def __init__(
         self,
-        cases: dict[int, WheelOnRail],
+        cases: dict[int, WheelGeometry],
         tol: float,
         methods: dict[str, Any],
         on_first: Callable[[WheelRailSolution], None],
@@ -254,7 +254,7 @@ class _Series:
                 each.forget()
 
 
-def _target(case: WheelOnRail, methods: dict[str, Any]) -> Target | None:
+def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:
     """The accuracy or time that grids are chosen for: by default where nothing determines them."""
     theory = methods.get("tangential") in THEORIES
     _check_methods(case, methods, theory)
@@ -269,7 +269,7 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> Target | None:
     return None
 
 
-def _check_methods(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> None:
+def _check_methods(case: WheelGeometry, methods: dict[str, Any], theory: bool) -> None:
     """What a wheel has not is refused."""
     checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
     if methods.get("store") is not None:
@@ -296,7 +296,7 @@ def _check_methods(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> 
 
 
 def _to_target(
-    case: WheelOnRail,
+    case: WheelGeometry,
     tol: float,
     methods: dict[str, Any],
     target: Target,
@@ -318,7 +318,7 @@ def _to_target(
 
 
 def _first(
-    case: WheelOnRail, tol: float, methods: dict[str, Any], target: Target, started: float
+    case: WheelGeometry, tol: float, methods: dict[str, Any], target: Target, started: float
 ) -> WheelRailSolution:
     """A first solution: the height, where the contacts are, and whether noise dominates them."""
     rough = replace(case, dx=START[0], dy=START[1])
@@ -344,7 +344,7 @@ def _too_short(target: Target) -> SceneError:
 
 
 def _from_first(
-    case: WheelOnRail,
+    case: WheelGeometry,
     tol: float,
     methods: dict[str, Any],
     target: Target,
@@ -366,7 +366,7 @@ def _from_first(
 
 
 def _to_accuracy(
-    case: WheelOnRail, near: float, tol: float, methods: dict[str, Any], target: Target
+    case: WheelGeometry, near: float, tol: float, methods: dict[str, Any], target: Target
 ) -> WheelRailSolution:
     """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
@@ -383,7 +383,7 @@ def _to_accuracy(
 
 
 def _on_finer_elements(
-    case: WheelOnRail,
+    case: WheelGeometry,
     tol: float,
     methods: dict[str, Any],
     target: Target,
@@ -423,7 +423,7 @@ def _on_finer_elements(
     return _with_errors(solved[-GRIDS:], target)
 
 
-def _with_elements_across(case: WheelOnRail, first: WheelRailSolution, n: float) -> WheelOnRail:
+def _with_elements_across(case: WheelGeometry, first: WheelRailSolution, n: float) -> WheelGeometry:
     """The case with n elements across the smallest patch of a solution, and more of them along x,
     as `gridded` has.
     """
@@ -465,7 +465,7 @@ def _with_normal_error(patch: PatchSolution, error: float) -> PatchSolution:
 
 
 def _normal_errors(
-    case: WheelOnRail, patches: Sequence[PatchSolution], errors: list[float]
+    case: WheelGeometry, patches: Sequence[PatchSolution], errors: list[float]
 ) -> list[float]:
     """Relative errors of normal forces: of a single patch the load and the tangential force
     determine it.
@@ -489,7 +489,7 @@ def _chosen(scene: Scene, methods: dict[str, Any], target: Target) -> Solution:
 
 
 def _near(
-    case: WheelOnRail, near: float, tol: float, methods: dict[str, Any], target: Target
+    case: WheelGeometry, near: float, tol: float, methods: dict[str, Any], target: Target
 ) -> WheelRailSolution:
     """To an accuracy, with the distances and frames of a height."""
     patches = patches_at(case, near, with_grid=False)

@@ -49,7 +49,7 @@ from varcontact.wheel_rail.profile import check_sides
 from varcontact.wheel_rail.quantities import fast_values
 from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
-from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import WheelGeometry
 
 EPSILON = 0.55
 """Ratio of the virtual penetration to the approach, Kik and Piotrowski's."""
@@ -137,31 +137,33 @@ class FastWheel(WheelForces):
 
     Attributes
     ----------
-    case : WheelOnRail
+    case : WheelGeometry
     z : float
         Height of the axle, downwards [mm].
     patches : tuple of FastPatch
         From left to right.
     """
 
-    case: WheelOnRail
+    case: WheelGeometry
     patches: tuple[FastPatch, ...]
 
     def on_rail(self, patch: FastPatch) -> np.ndarray:
-        """(y, z) of a patch in the coordinates of the rail's profile [mm]."""
+        """(y, z) of a `patch` in the coordinates of the rail's profile [mm]."""
         return self.case.track.on_rail(patch.frame.origin[1:], self.case.side)
 
     def on_wheel(self, patch: FastPatch) -> np.ndarray:
-        """(y, z) of a patch in the coordinates of the wheel's profile [mm]."""
+        """(y, z) of a `patch` in the coordinates of the wheel's profile [mm]."""
         return self.case.on_wheel(patch.frame.origin, self.case.body(self.z))
 
     def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
-        """See `WheelRailSolution.quantities`; an estimate has no wear and no errors: NaN."""
+        """See `WheelRailSolution.quantities`; an estimate has no errors, and no wear by `archard`:
+        NaN.
+        """
         return [fast_values(each, self) for each in self.patches]
 
 
 def estimate_wheel_on_rail(
-    case: WheelOnRail, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
+    case: WheelGeometry, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> FastWheel:
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
     check_sides(case.track.profile, stacklevel=5)
@@ -180,7 +182,7 @@ def estimate_wheel_on_rail(
     return found
 
 
-def pressed(case: WheelOnRail, z: float, normal: str) -> FastWheel:
+def pressed(case: WheelGeometry, z: float, normal: str) -> FastWheel:
     """The patches at a height of the axle, without tangential forces."""
     patches = []
     for group in joined(case.locus.overlaps(z), case.join):
@@ -230,7 +232,7 @@ def rolling(
     return FastWheel(case, wheel.z, tuple(patches))
 
 
-def fast_ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> Ellipse:
+def fast_ellipse(case: WheelGeometry, group: list[Overlap], z: float, normal: str) -> Ellipse:
     """The ellipse of a patch by either method, from the circle that is deepest in the rail."""
     deepest = max(group, key=lambda each: each.depth.max())
     k = int(deepest.depth.argmax())
@@ -269,7 +271,7 @@ def fast_ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str)
 
 
 def _by_virtual_penetration(
-    case: WheelOnRail,
+    case: WheelGeometry,
     across: np.ndarray,
     depth: np.ndarray,
     approach: float,
@@ -296,7 +298,7 @@ def _by_virtual_penetration(
 
 
 def _by_hertz_of_each_strip(
-    case: WheelOnRail,
+    case: WheelGeometry,
     across: np.ndarray,
     depth: np.ndarray,
     approach: float,

@@ -22,7 +22,7 @@ from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.seams import weakened
-from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import ContactPatch, WheelGeometry
 
 ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not jump."""
@@ -46,7 +46,7 @@ class WheelOnElements:
 
     def __init__(
         self,
-        case: WheelOnRail,
+        case: WheelGeometry,
         tol: float,
         methods: dict[str, Any],
         start: Start | None = None,
@@ -193,7 +193,7 @@ def solved_alone(wheel: WheelOnElements) -> WheelRailSolution:
     return solution
 
 
-def patches_at(case: WheelOnRail, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
+def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
     """The patches at a height, where those in parts have what each feels of the others."""
     patches = case.patches(z, with_grid=with_grid)
     return tuple(

@@ -12,7 +12,8 @@ from varcontact.errors import SceneError
 from varcontact.scene.friction import Law
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.track import SIGN, Side
-from varcontact.wheel_rail.wheel_on_rail import OnTrack, WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import OnTrack
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName

@@ -21,7 +21,8 @@ from varcontact.wheel_rail.equilibrium_search import FastWay, Search, unbalanced
 from varcontact.wheel_rail.plausibility import doubts
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
 from varcontact.wheel_rail.solve import TARGETS
-from varcontact.wheel_rail.wheel_on_rail import ELEMENT, WheelOnRail
+from varcontact.wheel_rail.wheel_geometry import ELEMENT
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 

@@ -1,0 +1,352 @@
+"""A wheel of a moving wheel set on a rail: its contact patches, and the scene of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.friction import Law, coefficient
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.units import MM_N
+from varcontact.system.process import lazy_property, one_blas_thread
+from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
+from varcontact.wheel_rail.patches import (
+    Seams,
+    Tangent,
+    joined,
+    reference_surface,
+    seams_of,
+    tangents_of,
+)
+from varcontact.wheel_rail.position import Position, Velocity, check_forward
+from varcontact.wheel_rail.regions import FrictionByAngle
+from varcontact.wheel_rail.slices import RailSurface, Surface
+from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
+
+STEEL = Bodies(G=82000.0, nu=0.28)
+STIFFEST = 1e6
+"""Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
+MIDDLE, ROLLING = Position(), Velocity()
+VARIES = "friction: it varies over a patch, and grids are not chosen for an accuracy then; give dx and dy"
+PARTS = {
+    "track": Track,
+    "wheelset": WheelSet,
+    "position": Position,
+    "velocity": Velocity,
+    "bodies": Bodies,
+}
+ELEMENT = 0.5
+"""Sides of an element [mm] where neither they nor an accuracy are given."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPatch:
+    """One contact patch of a wheel on a rail.
+
+    Attributes
+    ----------
+    location : ndarray, shape (3,)
+        Origin of the frame in track coordinates, on the rail's surface [mm].
+    angle : float
+        Contact angle, about x in track coordinates: negative on the right
+        rail's inner side [rad].
+    frame : Frame
+        x forward, y (also called s) along the rail's surface to the right, z
+        into the rail, which is body 1.
+    on_rail, on_wheel : ndarray, shape (2,)
+        (y, z) of the origin in the coordinates of the profiles [mm].
+    rolling_radius : float
+        Of the wheel at the origin, undeformed [mm].
+    creepage : Creepages
+        Of the rail over the wheel, in the frame, by the rolling velocity:
+        CONTACT's CKSI, CETA and CPHI.
+    approach : float
+        How deep the undeformed wheel is in the rail [mm].
+    scene : Scene
+        The patch as a scene: undeformed distance on the potential contact,
+        approach, friction and creepages. Lengths are in mm and forces in N;
+        tractions act on the rail.
+    seams : tuple of pairs of float
+        Where parts of the patch meet along y, and the weights with which they
+        feel each other: none in nearly all patches.
+    """
+
+    location: np.ndarray
+    angle: float
+    frame: Frame
+    on_rail: np.ndarray
+    on_wheel: np.ndarray
+    rolling_radius: float
+    creepage: Creepages
+    approach: float
+    scene: Scene
+    seams: Seams = ()
+
+
+LENGTHS = ("dx", "dy", "join", "separate", "turn")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class OnTrack(
+    checks.Checked,
+    **dict.fromkeys(LENGTHS, checks.positive),
+    vertical_force=checks.positive,
+    z=checks.number,
+):
+    """What a wheel and a wheel set have in common, see `WheelOnRail`."""
+
+    _words: ClassVar = {
+        **dict.fromkeys(("load", "axle_load", "normal_force"), "vertical_force"), "rail": "track", "wheel": "wheelset"
+    }  # fmt: skip
+    track: Track
+    wheelset: WheelSet
+    position: Position = MIDDLE
+    velocity: Velocity = ROLLING
+    bodies: Bodies = STEEL
+    dx: float | None = None
+    dy: float | None = None
+    join: float = 4.0
+    separate: float = 8.0
+    turn: float | None = None
+    conformal: Literal["auto"] | bool = "auto"
+    vertical_force: float | None = None
+    z: float | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WheelGeometry(OnTrack, with_friction=checks.flag):
+    """The entries of `WheelOnRail`, checked, and what follows from them without elasticity."""
+
+    side: Side = "right"
+    with_friction: bool = True
+    friction: float | Law | FrictionByAngle = 0.3
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        for name, kind in PARTS.items():
+            checks.kind(name, getattr(self, name), kind)
+        if self.bodies.combined_G > STIFFEST:
+            G = self.bodies.combined_G
+            reason = f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: give N/mm^2; 1 Pa is 1e-6 N/mm^2"
+            raise SceneError("bodies.G", G, message=reason)
+        set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
+        set_(self, "track", self.track.of_sides[self.side])
+        checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
+        super().__post_init__()
+        if not isinstance(self.friction, FrictionByAngle):
+            set_(self, "friction", coefficient("friction", self.friction))
+        if self.conformal != "auto":
+            set_(self, "conformal", checks.flag("conformal", self.conformal))
+        if self.separate < self.join:
+            raise SceneError("separate", self.separate, f"at least join, {self.join:g} mm")
+        if self.turn is not None and self.turn < self.separate:
+            raise SceneError("turn", self.turn, f"at least separate, {self.separate:g} mm")
+        if not self.track.constant:
+            first = min(each.positions[0] for each in self.track.rails)
+            last = max(each.positions[-1] for each in self.track.rails)
+            if not first <= self.position.s <= last:
+                raise SceneError(
+                    "position.s", self.position.s, f"within the slices, {first:g} to {last:g} mm"
+                )
+        if self.conformal is True and not self._constant:
+            reason = "conformal: its curved surface is straight along the rail; give False where profiles vary"
+            raise SceneError("conformal", True, message=reason)
+
+    @property
+    def _constant(self) -> bool:
+        return self.track.constant and self.wheelset.constant
+
+    @lazy_property
+    def rail(self) -> Curve | RailSurface:
+        """The part of the rail that can be touched, (y, z) in track coordinates; a surface where a
+        profile varies.
+        """
+        return (
+            self.track.placed(self.side)
+            if self._constant
+            else self.track.surface(self.side, self.position.s)
+        )
+
+    @lazy_property
+    def wheel(self) -> Curve | Surface:
+        """The part of the wheel that can be touched, (y along the axle, radius); a surface where a
+        profile varies.
+        """
+        if self._constant:
+            return self.wheelset.placed(self.side)
+        return self.wheelset.surface(self.side, self.position.pitch)
+
+    @checks.named_options()
+    def sections(
+        self, location: np.ndarray, on_wheel: np.ndarray
+    ) -> dict[str, tuple[Curve, float]]:
+        """Curves of rail and wheel at a `location` in the track, `on_wheel` that of the wheel; and
+        its y on each.
+        """
+        theta = float(np.arcsin(location[0] / self.wheelset.radius))
+        rail = (
+            self.rail if isinstance(self.rail, Curve) else self.rail.section(*location[:2].tolist())
+        )
+        wheel = self.wheel if isinstance(self.wheel, Curve) else self.wheel.section(theta)
+        axle_y = SIGN[self.side] * (float(on_wheel[0]) + self.wheelset.middle)
+        return {"rail": (rail, float(location[1])), "wheel": (wheel, axle_y)}
+
+    @lazy_property
+    def locus(self) -> Locus:
+        """The contact locus; NoContact if the wheel is beside the rail."""
+        axle = np.array([0.0, self.position.y, -self.wheelset.radius])
+        if isinstance(self.wheel, Curve) and isinstance(self.rail, Curve):
+            return contact_locus(self.wheel, self.rail, self.position.rotation, axle)
+        assert isinstance(self.wheel, Surface)
+        assert isinstance(self.rail, RailSurface)
+        return varied_locus(self.wheel, self.rail, self.position.rotation, axle)
+
+    @property
+    def touching(self) -> float:
+        """The height of the axle at which the wheel just touches the rail [mm]."""
+        return self.locus.touching
+
+    @checks.named_options()
+    @one_blas_thread()
+    def patches(self, z: float, *, with_grid: bool = True) -> tuple[ContactPatch, ...]:
+        """All contact patches at a height of the axle, from left to right.
+
+        Parameters
+        ----------
+        z : float
+            Downwards, see `WheelOnRail` [mm].
+        with_grid : bool
+            Whether scenes have the grid of `dx` and `dy`; without, samples that
+            are interpolated on any grid.
+
+        Raises
+        ------
+        NoContact
+            If the wheel is above the rail, or beside it.
+        SceneError
+            If the contact reaches the end of a profile, or elements are too
+            many.
+        """
+        z = checks.number("z", z)
+        turn = 2 * self.separate - self.join if self.turn is None else self.turn
+        curved = self.conformal is True
+        groups = joined(self.locus.overlaps(z), turn if curved else self.separate)
+        body = self.body(z)
+        sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
+        known = self.wheel, self.rail, body.rotation, body.position, sides, curved
+        patches = []
+        for group, tangent in zip(
+            groups, tangents_of(groups, self.rail, self.separate, turn), strict=True
+        ):
+            frame, surface = tangent.frame, reference_surface(group, tangent, *known)
+            grid, approach = surface.grid, surface.approach
+            rolled, on_wheel = self.creepage(frame, approach, z), self.on_wheel(frame.origin, body)
+            motion = Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin)
+            seams = seams_of(group, frame, self.join, self.separate)
+            if curved:
+                motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
+                inside = np.isfinite(surface.lateral)  # seams are at their arc lengths
+                at = np.interp(
+                    [y for y, _ in seams], surface.lateral[inside], grid.y[inside]
+                ).tolist()
+                seams = tuple(zip(at, [weight for _, weight in seams], strict=True))
+            inclination = surface.inclination if curved else None
+            sections = self.sections(frame.origin, on_wheel)
+            friction = self._friction(tangent, sections["rail"][0], grid, inclination, with_grid)
+            x, y = (None, None) if with_grid else (grid.x, grid.y)
+            scene = Scene(
+                bodies=self.bodies,
+                surface=SampledDistance(surface.distance, x, y, inclination=inclination),
+                approach=approach,
+                friction=friction,
+                motion=motion,
+                grid=grid if with_grid else "auto",
+                units=MM_N,
+            )
+            section, axle_y = sections["wheel"]
+            rolling_radius = float(section.points(section.at(np.array([axle_y])))[0, 1])
+            places = self.track.on_rail(frame.origin[1:], self.side), on_wheel, rolling_radius
+            patches.append(
+                ContactPatch(
+                    frame.origin, tangent.angle, frame, *places, rolled, approach, scene, seams
+                )
+            )
+        return tuple(patches)
+
+    def _friction(
+        self,
+        tangent: Tangent,
+        rail: Curve,
+        grid: Grid,
+        inclination: np.ndarray | None,
+        with_grid: bool,
+    ) -> float | np.ndarray | Law:
+        """Coefficients of the elements, by the rail below or the `inclination` of rows of a curved
+        surface.
+        """
+        if not isinstance(self.friction, FrictionByAngle):
+            return self.friction
+        if inclination is None:
+            below = rail.at(tangent.frame.origin[1] + grid.y * tangent.frame.axes[1, 1])
+            known = np.isfinite(below)
+            angles = np.interp(grid.y, grid.y[known], rail.angles(below[known]))
+        else:
+            angles = tangent.angle + inclination
+        found = self.friction(-SIGN[self.side] * angles)
+        if np.ptp(found) == 0:
+            return float(found[0])
+        if not with_grid:
+            raise SceneError("friction", None, message=VARIES)
+        return np.repeat(found[:, None], grid.nx, axis=1)
+
+    def friction_at(self, angle: float) -> float:
+        """The coefficient of friction at a contact `angle` [rad]: that of a fast theory, which has
+        one.
+        """
+        if isinstance(self.friction, FrictionByAngle):
+            return float(self.friction(-SIGN[self.side] * angle))
+        if not isinstance(self.friction, float):
+            raise SceneError(
+                "friction", self.friction, "a number: fast theories have one coefficient"
+            )
+        return self.friction
+
+    def body(self, z: float, *, pitching: bool = True) -> RigidBody:
+        """The wheel set as a rigid body with its axle at a height `z`, `pitching` or not: see
+        `Velocity.body`.
+        """
+        curve = self.track.curve_radius
+        return self.velocity.body(
+            self.wheelset, self.position, z, pitching=pitching, curve_radius=curve
+        )
+
+    def on_wheel(self, point: np.ndarray, body: RigidBody) -> np.ndarray:
+        """A `point` of the track in the coordinates of the wheel's profile, the wheel set being
+        `body`: (y, z) [mm].
+        """
+        x, y, height = body.locally(point).T
+        return np.array(
+            [SIGN[self.side] * y - self.wheelset.middle, np.hypot(x, height) - self.wheelset.radius]
+        )
+
+    def creepage(self, frame: Frame, approach: float, z: float) -> Creepages:
+        """Of the rail over the wheel in a `frame`, whose particle is in the rail by the `approach`;
+        axle at `z`.
+        """
+        body, carried = self.body(z), self.body(z, pitching=False)
+        particle = frame.globally(np.array([0.0, 0.0, approach]))
+        moving = carried.velocity_at(particle)
+        check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
+        return creepages(
+            self.track.rail_body(self.side), body, frame, frame_velocity=moving, at2=particle
+        )
