@@ -51,7 +51,7 @@ class InReport:
     place: int = 0
 
     def filled(self, value: float, error: float) -> str:
-        """The words with a value, and its error bar if it has one."""
+        """The words with a `value`, and its `error` bar if it has one."""
         if error > 0:
             return self.words.format(with_bar(value * self.factor, error * self.factor))
         return self.words.format(format(value * self.factor, self.form))
@@ -121,7 +121,7 @@ class Quantity:
     panel: Panel | None = None
 
     def in_words(self, patch: PatchWear) -> str:
-        """The words of the report, with the value of a patch."""
+        """The words of the report, with the value of a `patch`."""
         assert self.report is not None
         error = math.nan
         if self.error is not None:
