@@ -241,7 +241,7 @@ def failure(tree: Path, tests: list[str], seconds: int = 7200) -> str:
     if ended.returncode < 0:
         return TIME_LIMIT
     first = re.search(r"^(?:FAILED|ERROR) (\S+)", ended.stdout, re.MULTILINE)
-    return first.group(1) if first else "import of the package"
+    return first.group(1) if first else f"pytest ends with {ended.returncode}"
 
 
 def caught_by(mutant: Mutant, tree: Path, runs: list[tuple[list[str], int]]) -> str:
@@ -313,7 +313,11 @@ def shown(mutant: Mutant, record: dict) -> str:
 
 def chosen(given: argparse.Namespace, ledger: Ledger) -> list[Mutant]:
     """Mutants that were asked for: random ones, or those that survived."""
-    found = mutants_of_rooms(ROOT, given.rooms.split(","))
+    rooms = given.rooms.split(",")
+    for room in rooms:
+        if not (ROOT / "varcontact" / room).is_dir():
+            sys.exit(f"--rooms: varcontact has no package {room!r}")
+    found = mutants_of_rooms(ROOT, rooms)
     if not given.survivors:
         return random.Random(given.seed).sample(found, min(given.count, len(found)))
     known = [(mutant, ledger.of(mutant)) for mutant in found]

@@ -87,6 +87,26 @@ def test_equals_norm(normal_problem, line):
         check_exact(problem, raw)
 
 
+@pytest.mark.parametrize("seed", [3, 5])
+def test_softened_elements_under_a_force(tangential_problem, seed):
+    """Elements give way beside what the bodies do, each its own, as some at the edge of contacts."""
+    problem = tangential_problem(seed, shape="ellipse", carried=0.5, friction=0.3)
+    own = problem.operator.matrix[0, 0]
+    factors = np.random.default_rng(seed).uniform(0.0, 3.0, problem.size)
+    softening = np.tile(own * factors, (problem.components, 1))
+    soft = dataclasses.replace(
+        problem, operator=dataclasses.replace(problem.operator, softening=softening)
+    )
+    raw = newton(soft)
+    assert (raw.solver, raw.status) == ("", "Solved")
+    check_exact(soft, raw)
+    np.testing.assert_allclose(
+        [raw.traction[i].sum() * soft.area for i in soft.free],
+        [F for F in soft.force if F is not None],
+        rtol=1e-7,
+    )
+
+
 @pytest.mark.parametrize("power", [-200, -50, 50, 200])
 def test_units_do_not_matter(normal_problem, tangential_problem, power):
     """By powers of two: the same numbers, far below and beyond single precision."""
