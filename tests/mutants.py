@@ -213,10 +213,11 @@ def thorough(room: str) -> list[str]:
 
 
 def of_module(mutant: Mutant) -> list[str]:
-    """Tests and examples of the module of a mutant, which run before others."""
-    own = SEEN_BY.get(mutant.room, mutant.room).split()[0]
-    module = Path("tests", own, f"test_{Path(mutant.file).stem}.py")
-    return [mutant.file, *([str(module)] if (ROOT / module).exists() else [])]
+    """Examples and tests of the module of a mutant, and of its folder, which run before others."""
+    inside = Path(mutant.file).relative_to("varcontact")
+    tests = Path("tests") / inside.parent
+    nearest = [tests / f"test_{inside.stem}.py", tests]
+    return [mutant.file, *(str(path) for path in nearest if (ROOT / path).exists())]
 
 
 def failure(tree: Path, tests: list[str], seconds: int = 7200) -> str:

@@ -107,6 +107,15 @@ def test_bounds_hold_and_are_near(part, limit):
     assert 0.05 * true < found.least <= true
 
 
+def test_one_square_element_has_its_own_influence_number():
+    """xx and yy are equal and do not couple: the bounds of the dense factor are exact."""
+    M = operator(1.0, None, cells=1)
+    own = M.matrix[0, 0]
+    found = positive_definite(M, DENSE)
+    assert found.least == pytest.approx(own, rel=1e-14)
+    assert found.energies(np.array([[[3.0], [4.0]]])) == pytest.approx([25 / own], rel=1e-14)
+
+
 def test_a_positive_symbol_needs_no_chance(monkeypatch):
     """Without rolling the symbol itself is positive: nothing is random, and the least eigenvalue is
     nearly met.

@@ -250,6 +250,9 @@ def test_progress_names_the_stages(rolling):
     sol = vc.solve(rolling(), progress=stages.append)
     assert stages == ["grid", "normal", "grid", "tangential", "certificate"]
     assert set(sol.timing) == {"grid", "normal", "tangential", "certificate", "total"}
+    seconds = [second for stage, second in sol.timing.items() if stage != "total"]
+    assert min(seconds) >= 0
+    assert sum(seconds) <= sol.timing["total"], "the time within a stage counts once"
 
 
 def long_elements(rolling, ratio, part, cells, **motion):
