@@ -8,7 +8,8 @@ A mutant is the package with one wrong token: ``<`` for ``<=``, ``+`` for ``-``,
 the mutants. Each is written into a temporary copy of the repository, never into this one. There the
 quick tests of its room run until the first failure, those of its module first; if all pass, all
 tests of the rooms in ``SEEN_BY`` run (``--quick`` leaves these out). A run that needs much more
-processor time than without the mutant counts as caught.
+processor time than without the mutant counts as caught. Run it on a quiet machine: on a busy one
+tests of time budgets fail without reason, and what they fail with counts as caught.
 
 How to read the list: ``caught`` names the first test that fails. ``SURVIVED`` shows the line before
 and after: no test asserts what this line does. Write one, and try again with ``--survivors``. If the

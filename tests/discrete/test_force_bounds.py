@@ -208,18 +208,6 @@ def test_rounding_of_products_is_bounded(rolling, across, tight):
     assert (problem.operator.grid_operator.whole is None) == (across == 24)
 
 
-@pytest.mark.parametrize("across", [24, 8])
-def test_rounding_has_the_unit_of_displacements(rolling, across):
-    """Influence numbers and shift 64 times as large: the bound is, too, by FFT and by the matrix."""
-    grid = vc.Grid(nx=across, ny=across).spread((-1.2, 1.2, -0.9, 0.9))
-    problem = discretise(rolling(), grid).tangential_problem(np.ones(grid.shape))
-    field = np.random.default_rng(0).normal(size=(2, problem.size))
-    own = problem.operator.grid_operator
-    softer = dataclasses.replace(own, table=64 * own.table).on(problem.operator.elements)
-    bound = _rounding(problem.operator, field, problem.rigid_shift)
-    assert _rounding(softer, field, 64 * problem.rigid_shift) == pytest.approx(64 * bound)
-
-
 # ----------------------------------------------------------------------------- how much of it
 
 
