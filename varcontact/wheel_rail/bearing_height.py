@@ -1,4 +1,6 @@
-"""Search for the height of the axle that bears a load: heights to try, by the forces at those before."""
+"""Search for the height of the axle that bears a load: heights to try, by the forces at those
+before.
+"""
 
 from __future__ import annotations
 
@@ -28,11 +30,12 @@ by solvers."""
 class BearingHeight:
     """Search for the height that bears the load; of a case with a height, that alone.
 
-    `propose` gives the next height until `done`. There, `learn_normal` takes the vertical part of the normal forces
-    alone, and `near` says whether the rest is worth solving for; `learn` takes the vertical force. The secant method is
-    for force^(2/3) of normal forces, which is nearly straight, between heights that bear less and more; the vertical
-    force is nearly a power of what normal forces bear. From another position come the height to start at, and the
-    forces `known`: those of the normal forces, and of all.
+    `propose` gives the next height until `done`. There, `learn_normal` takes the vertical part of
+    the normal forces alone, and `near` says whether the rest is worth solving for; `learn` takes
+    the vertical force. The secant method is for force^(2/3) of normal forces, which is nearly
+    straight, between heights that bear less and more; the vertical force is nearly a power of what
+    normal forces bear. From another position come the height to start at, and the forces `known`:
+    those of the normal forces, and of all.
     """
 
     def __init__(
@@ -61,7 +64,9 @@ class BearingHeight:
         self._excess = math.inf
 
     def _first(self, start: float | None) -> float:
-        """The height to begin with: given, of another position, or that of Hertz's contact of a ball."""
+        """The height to begin with: given, of another position, or that of Hertz's contact of a
+        ball.
+        """
         case = self._case
         if case.z is not None:
             return case.z
@@ -94,7 +99,7 @@ class BearingHeight:
 
     @property
     def near(self) -> bool:
-        """Whether the normal forces bear so much of the load that tractions are worth solving for."""
+        """Whether so much of the load is borne that tractions are worth solving for."""
         return abs(self._excess) <= self._enough
 
     def learn_normal(self, force: float) -> None:

@@ -25,12 +25,16 @@ from varcontact.wheel_rail.seams import weakened
 from varcontact.wheel_rail.wheel_geometry import ContactPatch, WheelGeometry
 
 ON_ELLIPSE = 32
-"""Elements either way across the ellipse of a theory: as many at all heights, so that forces do not jump."""
+"""Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
+jump.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the search for a height begins: at that of a solution, so much deeper, with its operators if known."""
+    """Where the search for a height begins: at that of a solution, so much deeper, with its
+    operators if known.
+    """
 
     solution: WheelRailSolution
     deeper: float = 0.0
@@ -40,8 +44,8 @@ class Start:
 class WheelOnElements:
     """A wheel at one height after the other.
 
-    `propose` gives contacts with their pressures, and `learn` takes them back with their tractions, until `done`. Each
-    height begins with what was found at the one before, or at the start.
+    `propose` gives contacts with their pressures, and `learn` takes them back with their tractions,
+    until `done`. Each height begins with what was found at the one before, or at the start.
     """
 
     def __init__(
@@ -91,8 +95,8 @@ class WheelOnElements:
     def propose(self) -> list[ContactOnGrid]:
         """Contacts at the next height whose tractions come next; none when the search is done.
 
-        Heights whose normal forces are far from the load, and contacts whose tractions change their pressures, are not
-        proposed: they are learnt from here.
+        Heights whose normal forces are far from the load, and contacts whose tractions change their
+        pressures, are not proposed: they are learnt from here.
         """
         while not self.done:
             self._move_to(self._search.propose())
@@ -112,7 +116,9 @@ class WheelOnElements:
         return []
 
     def learn(self, contacts: Sequence[ContactOnGrid]) -> None:
-        """The contacts that were proposed, some with tractions; those of the others are solved for here."""
+        """The contacts that were proposed, some with tractions; those of the others are solved for
+        here.
+        """
         if not contacts:
             return
         self._contacts = []
@@ -157,7 +163,9 @@ class WheelOnElements:
         self._search.learn_normal(vertical(self._frames, forces, False))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
-        """Contacts that have their pressures, and tractions to begin with; none where tractions change a pressure."""
+        """Contacts that have their pressures, and tractions to begin with; none where tractions
+        change a pressure.
+        """
         near = self._near or [each.near for each in self._frictionless]
         return _contacts(self._scenes, self._methods, near, (), self._frictionless, self._deadline)
 
