@@ -41,27 +41,25 @@ def norm(
     if exchange == "one":
         return _one_at_a_time(problem, start, max_exchanges, deadline)
     contact = _first_contact(problem, start)
-    seen: set[bytes] = set()
+    previous_areas: set[bytes] = set()
     status = "MaxIterations"
     for _ in range(max_exchanges):
         check_time(deadline)
-        if contact.tobytes() in seen:
+        if contact.tobytes() in previous_areas:
             status = "Cycled"
             break
-        seen.add(contact.tobytes())
+        previous_areas.add(contact.tobytes())
         pressure, approach = _pressure_on(problem, contact)
-        wrong = pressure < 0
-        if wrong.any():  # points 5 and 6: out with all that pull
-            contact = contact & ~wrong
+        tension = pressure < 0
+        if tension.any():  # points 5 and 6: elements in tension leave the contact area
+            contact = contact & ~tension
             continue
         overlaps = _overlaps(problem, contact, pressure, approach)
         if not overlaps.any():  # point 7: all signs are right
             status = "Solved"
             break
         contact = contact | overlaps
-    return RawSolution(
-        np.maximum(pressure, 0.0), np.array([approach]), len(seen), status, status == "Solved"
-    )
+    return _raw_solution(pressure, approach, len(previous_areas), status)
 
 
 def _one_at_a_time(
@@ -80,17 +78,20 @@ def _one_at_a_time(
         pressure[contact] = start.traction[contact]
     elif problem.force is not None:
         pressure[contact] = problem.force / problem.area
-    status, exchanges = "MaxIterations", 0
+    status = "MaxIterations"
+    exchanges = 0
     while exchanges < max_exchanges:
         check_time(deadline)
         exchanges += 1
+        # the minimum of the energy on the present contact area
         goal, approach = _pressure_on(problem, contact)
         falling = contact & (goal < 0)
-        if falling.any():
+        if falling.any():  # go towards it until the first pressure is zero: that element leaves
             reach = np.where(falling, pressure / np.where(falling, pressure - goal, 1.0), np.inf)
             first = int(np.argmin(reach))
             pressure = pressure + reach[first] * (goal - pressure)
-            pressure[first], contact[first] = 0.0, False
+            pressure[first] = 0.0
+            contact[first] = False
             continue
         pressure = goal
         distance = problem.distance - approach + problem.operator.apply(pressure[None])[0]
@@ -98,10 +99,16 @@ def _one_at_a_time(
         if not overlaps.any():
             status = "Solved"
             break
+        # the deepest overlap enters
         contact[np.argmin(np.where(overlaps, distance, np.inf))] = True
-    return RawSolution(
-        np.maximum(pressure, 0.0), np.array([approach]), exchanges, status, status == "Solved"
-    )
+    return _raw_solution(pressure, approach, exchanges, status)
+
+
+def _raw_solution(
+    pressure: np.ndarray, approach: float, iterations: int, status: str
+) -> RawSolution:
+    admissible = np.maximum(pressure, 0.0)
+    return RawSolution(admissible, np.array([approach]), iterations, status, status == "Solved")
 
 
 def _first_contact(problem: NormalProblem, start: RawSolution | None) -> np.ndarray:
@@ -125,16 +132,17 @@ def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarra
     inside = np.flatnonzero(contact)
     operator = problem.operator.grid_operator.on(problem.operator.elements[inside])
     if problem.symmetric:
-        solved = partial(cho_solve, operator.cholesky)
+        solve = partial(cho_solve, operator.cholesky)
     else:
-        solved = partial(lu_solve, lu_factor(operator.matrix, check_finite=False))
+        solve = partial(lu_solve, lu_factor(operator.matrix, check_finite=False))
     if problem.approach is not None:
-        pressure[inside] = solved(problem.approach - problem.distance[inside])
+        pressure[inside] = solve(problem.approach - problem.distance[inside])
         return pressure, problem.approach
     assert problem.force is not None
-    unit, given = solved(np.stack([np.ones(inside.size), problem.distance[inside]], axis=1)).T
-    approach = (problem.force / problem.area + given.sum()) / unit.sum()
-    pressure[inside] = approach * unit - given
+    right = np.stack([np.ones(inside.size), problem.distance[inside]], axis=1)
+    by_approach, by_distance = solve(right).T
+    approach = (problem.force / problem.area + by_distance.sum()) / by_approach.sum()
+    pressure[inside] = approach * by_approach - by_distance
     return pressure, float(approach)
 
 

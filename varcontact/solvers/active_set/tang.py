@@ -8,6 +8,7 @@ Kluwer 1990.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -29,18 +30,23 @@ from varcontact.system.process import interruptible
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200
 """On given areas Newton's method may need many steps: 100 leave one in twenty problems unsolved."""
-ROUGH, EXACT, ROUNDING = 1e-3, 1e-13, 1e-9
-"""Errors, by the rigid shift, at which Newton's method stops; below the last, when they no longer
-fall."""
-ENOUGH = 1e-14
+NEWTON_TOL_INEXACT = 1e-3
+"""Relative error of the shift at which inexact Newton's method stops while areas still change."""
+NEWTON_TOL_EXACT = 1e-13
+"""Relative error of the shift at which exact Newton's method stops."""
+NEWTON_ROUNDING = 1e-9
+"""Relative error of the shift below which Newton's method stops once the error no longer falls."""
+RESIDUAL_MIN = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
-SOLVED = 1e-11
+RESIDUAL_SOLVED = 1e-11
 """Residual from which it calls a problem solved: near saturation rounding leaves more."""
-FAST = 1e-3
-"""What a step leaves of the residual if the next one is good enough with the same equations."""
-STALLED = 5
-"""After this many Newton steps without a smaller residual the safeguarded version tries another
+REUSE_RATIO = 1e-3
+"""Ratio of residuals of a step below which the next one has the same factors."""
+MAX_IDLE_STEPS = 5
+"""Newton steps without a smaller residual after which the safeguarded version tries another
 start."""
+STEP_PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)
+"""Parts of a Newton step that the line search of the safeguarded version tries in turn."""
 SPLITTING_ROUNDS = (50, 200, 800)
 
 
@@ -59,34 +65,10 @@ class Equations:
 
     @classmethod
     def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> Equations:
-        """Those at a point; without factors where they are singular."""
+        """Equations at a point; without factors where they are singular."""
         from scipy.linalg.lapack import dgetrf
 
-        n, c, free, matrix = problem.size, problem.components, problem.free, problem.operator.matrix
-        H, (T, across) = np.flatnonzero(sticks), turns(problem, sticks, at)
-        h, g, shift = H.size, problem.bound[T], shift_of(problem, at)
-        k, components = c * h + T.size, n * np.arange(c)[:, None]
-        stuck, turning = (components + H).ravel(), components + T
-        rows = np.empty((k, c * n))
-        rows[: c * h] = matrix[stuck]
-        rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
-        jacobian = np.zeros((k + len(free), k + len(free)))
-        jacobian[:k, : c * h] = rows.take(stuck, axis=1)
-        if problem.potential.flow is not None:
-            _, along, direction = flow_of(problem, at)
-            for i, j in np.ndindex(c, c):
-                block = along[1] * (i == j) + (along[0] - along[1]) * direction[i] * direction[j]
-                jacobian[i * h + np.arange(h), j * h + np.arange(h)] += block[H]
-        jacobian[:k, c * h : k] = sum(
-            rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c)
-        )
-        slip_rows = np.arange(c * h, k)
-        jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
-        for i, component in enumerate(free):
-            part = slice(component * h, (component + 1) * h)
-            jacobian[part, k + i] = jacobian[k + i, part] = 1.0
-            jacobian[c * h : k, k + i] = across[component]
-            jacobian[k + i, c * h : k] = g * across[component]
+        jacobian = _jacobian(problem, sticks, at)
         if not len(jacobian):
             return cls(problem, sticks, None)
         factors, swaps, singular = interruptible(
@@ -102,11 +84,9 @@ class Equations:
         """
         from scipy.linalg.lapack import dgetrs
 
-        problem, (T, across), shift = (
-            self.problem,
-            turns(self.problem, self.sticks, at),
-            shift_of(self.problem, at),
-        )
+        problem = self.problem
+        T, across = turns(problem, self.sticks, at)
+        shift = shift_of(problem, at)
         forces = [F / problem.area for F in problem.force if F is not None]
         lacking = np.array(forces) - at.traction[problem.free].sum(axis=1)
         if problem.potential.flow is not None:
@@ -123,13 +103,57 @@ class Equations:
 
     def moved(self, at: RawSolution, step: np.ndarray, part: float = 1.0) -> RawSolution:
         """A part of a step, turning the slip tractions on their bound."""
-        problem, (T, across) = self.problem, turns(self.problem, self.sticks, at)
-        traction, rigid, end = at.traction.copy(), at.rigid.copy(), step.size - len(problem.free)
+        problem = self.problem
+        T, across = turns(problem, self.sticks, at)
+        traction = at.traction.copy()
+        rigid = at.rigid.copy()
+        end = step.size - len(problem.free)
         stick, angle, shifts = np.split(part * step, [end - T.size, end])
         traction[:, self.sticks] += stick.reshape(problem.components, -1)
         traction[:, T] = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * across
         rigid[problem.free] += shifts
         return RawSolution(traction, rigid)
+
+
+def _jacobian(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> np.ndarray:
+    """Matrix of Newton's equations: rows of the stick area, of the slip area, of the forces."""
+    n = problem.size
+    c = problem.components
+    free = problem.free
+    matrix = problem.operator.matrix
+    H = np.flatnonzero(sticks)
+    T, across = turns(problem, sticks, at)
+    h = H.size
+    g = problem.bound[T]
+    shift = shift_of(problem, at)
+    k = c * h + T.size
+    first_rows = n * np.arange(c)[:, None]
+    stuck = (first_rows + H).ravel()
+    turning = first_rows + T
+    # shifts of the stick area, and across the tractions of the slip area, by all tractions
+    rows = np.empty((k, c * n))
+    rows[: c * h] = matrix[stuck]
+    rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
+    jacobian = np.zeros((k + len(free), k + len(free)))
+    # by the stick tractions, with what flows within the bound
+    jacobian[:k, : c * h] = rows.take(stuck, axis=1)
+    if problem.potential.flow is not None:
+        _, along, direction = flow_of(problem, at)
+        for i, j in np.ndindex(c, c):
+            block = along[1] * (i == j) + (along[0] - along[1]) * direction[i] * direction[j]
+            jacobian[i * h + np.arange(h), j * h + np.arange(h)] += block[H]
+    # by the directions of the slip tractions
+    jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
+    slip_rows = np.arange(c * h, k)
+    jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
+    # by the rigid shifts that are unknown, and the sums of tractions that are prescribed
+    for i, component in enumerate(free):
+        part = slice(component * h, (component + 1) * h)
+        jacobian[part, k + i] = 1.0
+        jacobian[k + i, part] = 1.0
+        jacobian[c * h : k, k + i] = across[component]
+        jacobian[k + i, c * h : k] = g * across[component]
+    return jacobian
 
 
 def shift_of(problem: TangentialProblem, at: RawSolution) -> np.ndarray:
@@ -200,30 +224,46 @@ def tang(
         trial = _trial(problem, start)
         sticks = ~problem.potential.slips(trial, problem.operator.row_size)
         at = _on_bound(problem, sticks, start, trial)
-    seen: set[bytes] = set()
-    best, count, status = start or _admissible(problem, at), 0, "MaxIterations"
+    tolerances = [NEWTON_TOL_EXACT]
+    if newton == "inexact":
+        tolerances = [NEWTON_TOL_INEXACT, NEWTON_TOL_EXACT]
+    previous_areas: set[bytes] = set()
+    best = start or _admissible(problem, at)
+    count = 0
+    status = "MaxIterations"
     for _ in range(MAX_EXCHANGES):
-        if sticks.tobytes() in seen:
+        if sticks.tobytes() in previous_areas:
             status = "Cycled"
             break
-        seen.add(sticks.tobytes())
-        for enough in (ROUGH, EXACT) if newton == "inexact" else (EXACT,):
-            at, steps, solved = _on_areas(problem, sticks, at, enough, deadline)
+        previous_areas.add(sticks.tobytes())
+        for tol in tolerances:
+            at, steps, converged = _on_areas(problem, sticks, at, tol, deadline)
             count += steps
-            beyond = sticks & (magnitude(at.traction) > problem.bound)  # point 4
-            slip = shift_of(problem, at) + problem.potential.flowed(at.traction)
-            forward = ~sticks & (np.sum(at.traction * slip, axis=0) > 0)  # point 5
-            if not solved or beyond.any() or forward.any():
+            new_sticks = _exchanged(problem, sticks, at)
+            unchanged = np.array_equal(new_sticks, sticks)
+            if not (unchanged and converged):
                 break
         best = better(problem, best, _admissible(problem, at))
-        if not solved:
+        if not converged:
             status = "NewtonFailed"
             break
-        if not (beyond.any() or forward.any()):
+        if unchanged:
             status = "Solved"
             break
-        sticks = sticks & ~beyond if beyond.any() else sticks | forward
+        sticks = new_sticks
     return replace(best, iterations=count, status=status, solved=status == "Solved")
+
+
+def _exchanged(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> np.ndarray:
+    """The stick area without elements beyond the bound (point 4); if there are none, with the slip
+    elements that slip with their traction (point 5).
+    """
+    beyond = sticks & (magnitude(at.traction) > problem.bound)
+    if beyond.any():
+        return sticks & ~beyond
+    slip = shift_of(problem, at) + problem.potential.flowed(at.traction)
+    forward = ~sticks & (np.sum(at.traction * slip, axis=0) > 0)
+    return sticks | forward
 
 
 def tang_safeguarded(
@@ -258,27 +298,36 @@ def tang_safeguarded(
     best = _descend(problem, at, max_steps, settings.deadline)
     if best.solved:
         return best
-    printed: TangentialSolver = counted(
-        "tang", lambda problem, given, _: tang(problem, deadline=given.deadline)
-    )
-    count, splitting = best.iterations, None
+    count = best.iterations
     # of random problems some need each of these starts
-    for rounds in (0, *SPLITTING_ROUNDS) if problem.free else SPLITTING_ROUNDS:
-        if rounds == 0:
-            begin = printed(problem, settings, None)
-            count += begin.iterations
-        else:
-            with settings.stats.called("splitting"):
-                splitting = splitting or Splitting(problem)
-                _, begin = splitting.moved(_trial(problem, at), rounds, settings.deadline)
-                settings.stats.iterated("splitting", rounds)
-            at = begin
+    for begin, iterations in _further_starts(problem, at, settings):
         raw = _descend(problem, begin, max_steps, settings.deadline)
-        count += raw.iterations
+        count += iterations + raw.iterations
         if raw.solved:
             return replace(raw, iterations=count)
         best = better(problem, best, raw)
     return replace(best, iterations=count, status="MaxIterations", solved=False)
+
+
+def _further_starts(
+    problem: TangentialProblem, at: RawSolution, settings: Settings
+) -> Iterator[tuple[RawSolution, int]]:
+    """Starts for another descent, with the Newton steps they took: TANG, where forces are
+    prescribed, then more and more rounds of the splitting.
+    """
+    if problem.free:
+        inexact: TangentialSolver = counted(
+            "tang", lambda problem, settings, _: tang(problem, deadline=settings.deadline)
+        )
+        raw = inexact(problem, settings, None)
+        yield raw, raw.iterations
+    splitting = None
+    for rounds in SPLITTING_ROUNDS:
+        with settings.stats.called("splitting"):
+            splitting = splitting or Splitting(problem)
+            _, at = splitting.moved(_trial(problem, at), rounds, settings.deadline)
+            settings.stats.iterated("splitting", rounds)
+        yield at, 0
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
@@ -314,29 +363,29 @@ def _on_bound(
 
 
 def _on_areas(
-    problem: TangentialProblem, sticks: np.ndarray, at: RawSolution, enough: float, deadline: float
+    problem: TangentialProblem, sticks: np.ndarray, at: RawSolution, tol: float, deadline: float
 ) -> tuple[RawSolution, int, bool]:
-    """The paper's point 3: Newton's method on given areas. Also its steps, and whether it
-    converged.
-    """
+    """Newton's method on given areas (the paper's point 3), its steps, and whether it converged."""
     at = _on_bound(problem, sticks, at, at.traction)
     scale = max(
         float(np.abs(problem.rigid_shift).max()),
         1e-3 * problem.operator.diagonal * float(problem.bound.max()),
     )
-    error, before, count = np.inf, np.inf, 0
-    while count < MAX_NEWTON and error > enough and not before <= error < ROUNDING:
+    error = np.inf
+    previous_error = np.inf
+    count = 0
+    while count < MAX_NEWTON and error > tol and not previous_error <= error < NEWTON_ROUNDING:
         check_time(deadline)
-        count, before = count + 1, error
+        count += 1
+        previous_error = error
         equations = Equations.of(problem, sticks, at)
         at = equations.moved(at, equations.step(at))
         T, across = turns(problem, sticks, at)
         shift = shift_of(problem, at) + problem.potential.flowed(at.traction)
         turned = np.sum(across * shift[:, T], axis=0)
-        error = (
-            max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0)) / scale
-        )
-    return at, count, bool(error < max(enough, ROUNDING))
+        largest = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0))
+        error = largest / scale
+    return at, count, bool(error < max(tol, NEWTON_ROUNDING))
 
 
 def _descend(
@@ -345,43 +394,74 @@ def _descend(
     """Newton steps with the areas renewed after each, shortened until the natural map's residual
     falls.
     """
-    best, trial, count, idle = _admissible(problem, at), _trial(problem, at), 0, 0
-    residual, lowest = natural_residual(problem, best), _merit(problem, at, trial)
-    merit, equations, falls = lowest, None, False
-    while count < max_steps and idle < (1 if residual <= SOLVED else STALLED) and residual > ENOUGH:
+    best = _admissible(problem, at)
+    residual = natural_residual(problem, best)
+    iterate = _Iterate.of(problem, at)
+    lowest = iterate.merit
+    equations = None
+    reusable = False
+    count = 0
+    idle = 0
+    while count < max_steps and residual > RESIDUAL_MIN:
+        # once solved, one step without gain ends it
+        if idle >= (1 if residual <= RESIDUAL_SOLVED else MAX_IDLE_STEPS):
+            break
         check_time(deadline)
         count += 1
-        sticks = ~problem.potential.slips(trial, problem.operator.row_size)
-        begin = _on_bound(problem, sticks, at, trial)
-        if equations is None or not falls or (sticks != equations.sticks).any():
+        # areas anew, and Newton's equations unless the last ones still serve
+        sticks = ~problem.potential.slips(iterate.trial, problem.operator.row_size)
+        begin = _on_bound(problem, sticks, iterate.at, iterate.trial)
+        if equations is None or not reusable or (sticks != equations.sticks).any():
             equations = Equations.of(problem, sticks, begin)
-        step = equations.step(begin, turn=2.0)
-        least = np.inf
-        for part in (1.0, 0.5, 0.25, 0.1, 0.03):
-            # where all slips, a step for the force has no end
-            with np.errstate(over="ignore", invalid="ignore"):
-                there = equations.moved(begin, step, part)
-                there_trial = _trial(problem, there)
-                there_merit = _merit(problem, there, there_trial)
-            if there_merit < least:
-                least, at, trial = there_merit, there, there_trial
-            if least < (1 - 0.1 * part) * merit:
-                break
-        falls, merit, found = least < FAST * merit, least, _admissible(problem, at)
-        if (left := natural_residual(problem, found)) < residual:
-            best, residual = found, left
-        idle = 0 if merit < (0.5 if residual <= SOLVED else 0.99) * lowest else idle + 1
-        lowest = min(lowest, merit)
-    solved = residual <= SOLVED
-    return replace(
-        best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved
-    )
+        # a step, shortened until the merit falls
+        previous_merit = iterate.merit
+        iterate = _line_search(equations, begin, iterate)
+        reusable = iterate.merit < REUSE_RATIO * previous_merit
+        # the best answer so far, and steps without gain
+        admissible = _admissible(problem, iterate.at)
+        new_residual = natural_residual(problem, admissible)
+        if new_residual < residual:
+            best = admissible
+            residual = new_residual
+        gain = 0.5 if residual <= RESIDUAL_SOLVED else 0.99
+        if iterate.merit < gain * lowest:
+            idle = 0
+        else:
+            idle += 1
+        lowest = min(lowest, iterate.merit)
+    solved = residual <= RESIDUAL_SOLVED
+    status = "Solved" if solved else "MaxIterations"
+    return replace(best, iterations=count, status=status, solved=solved)
 
 
-def _merit(problem: TangentialProblem, at: RawSolution, trial: np.ndarray) -> float:
-    return float(
-        np.linalg.norm(at.traction - problem.potential.projected(trial, problem.operator.row_size))
-    )
+@dataclass(frozen=True, eq=False)
+class _Iterate:
+    """A point of the descent, its trial tractions, and the norm of its natural map's residual."""
+
+    at: RawSolution
+    trial: np.ndarray
+    merit: float
+
+    @classmethod
+    def of(cls, problem: TangentialProblem, at: RawSolution) -> _Iterate:
+        trial = _trial(problem, at)
+        image = problem.potential.projected(trial, problem.operator.row_size)
+        return cls(at, trial, float(np.linalg.norm(at.traction - image)))
+
+
+def _line_search(equations: Equations, begin: RawSolution, iterate: _Iterate) -> _Iterate:
+    """The first part of a Newton step that lowers the merit enough, or the best of all."""
+    step = equations.step(begin, turn=2.0)
+    best = replace(iterate, merit=np.inf)
+    for part in STEP_PARTS:
+        # where all slips, a step for the force has no end
+        with np.errstate(over="ignore", invalid="ignore"):
+            candidate = _Iterate.of(equations.problem, equations.moved(begin, step, part))
+        if candidate.merit < best.merit:
+            best = candidate
+        if best.merit < (1 - 0.1 * part) * iterate.merit:
+            break
+    return best
 
 
 def _admissible(problem: TangentialProblem, at: RawSolution) -> RawSolution:

@@ -58,7 +58,7 @@ class NaturalMap(Batch):
 
 
 @dataclass(frozen=True, eq=False)
-class System:
+class NewtonEquations:
     """Newton's equations of all problems, in single precision: symmetric 2 x 2 matrices (xx, xy,
     yy) by element.
     """
@@ -77,18 +77,19 @@ def inner(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Symmetric 2 x 2 matrices (xx, xy, yy) times vectors, by element."""
-    found = matrix[::2] * vector
-    found += matrix[1] * vector[::-1]
-    return found
+    product = matrix[::2] * vector
+    product += matrix[1] * vector[::-1]
+    return product
 
 
 def inverse_of(symbol: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Inverse (xx, yy, xy) of a symmetric symbol plus a shift: its real part, its imaginary part
     with both signs.
     """
-    xx, xy, yy = symbol[0] + shift, symbol[1], symbol[2] + shift
-    determinant = 1 / (xx * yy + xy * xy)  # that of xy has a factor i
-    found = np.stack([yy * determinant, xx * determinant, 1j * xy * determinant])[:, :, None]
-    return found.real.astype(np.float32), np.concatenate([-found.imag, found.imag], 2).astype(
-        np.float32
-    )
+    xx = symbol[0] + shift
+    xy = symbol[1]
+    yy = symbol[2] + shift
+    reciprocal = 1 / (xx * yy + xy * xy)  # the symbol of xy has a factor i
+    inverse = np.stack([yy * reciprocal, xx * reciprocal, 1j * xy * reciprocal])[:, :, None]
+    imaginary = np.concatenate([-inverse.imag, inverse.imag], 2)
+    return inverse.real.astype(np.float32), imaginary.astype(np.float32)

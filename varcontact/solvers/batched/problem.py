@@ -75,42 +75,56 @@ class BatchedProblem:
     @property
     def steps_ahead(self) -> tuple[tuple[int, float], ...]:
         """Points of the difference, in elements ahead, and their weights."""
-        return ((0, 1.0),) if self.difference is None else DIFFERENCES[self.difference]
+        if self.difference is None:
+            return ((0, 1.0),)
+        return DIFFERENCES[self.difference]
 
     @property
     def inside(self) -> tuple[slice, slice]:
         """The rows and the columns between the first and the last in which a problem has
         contact.
         """
-        lines = (np.flatnonzero(self.bound.any(axis=(axis, 2))) for axis in (1, 0))
-        rows, columns = (slice(min(each, default=0), max(each, default=-1) + 1) for each in lines)
-        return rows, columns
+        rows = np.flatnonzero(self.bound.any(axis=(1, 2)))
+        columns = np.flatnonzero(self.bound.any(axis=(0, 2)))
+        return (
+            slice(min(rows, default=0), max(rows, default=-1) + 1),
+            slice(min(columns, default=0), max(columns, default=-1) + 1),
+        )
 
     def within(self, rows: slice, columns: slice) -> BatchedProblem:
         """The problems on some of the elements, without those where none has contact."""
-        shift, bound = self.rigid_shift[:, rows, columns], self.bound[rows, columns]
-        compliance = None if self.compliance is None else self.compliance[rows, columns]
-        return replace(self, rigid_shift=shift, bound=bound, compliance=compliance)
+        compliance = self.compliance
+        if compliance is not None:
+            compliance = compliance[rows, columns]
+        return replace(
+            self,
+            rigid_shift=self.rigid_shift[:, rows, columns],
+            bound=self.bound[rows, columns],
+            compliance=compliance,
+        )
 
     def of(self, ids: np.ndarray) -> BatchedProblem:
         """Some of the problems."""
-        given = ("dx", "dy", "nu", "rigid_shift", "bound", "force")
-        return replace(self, **{name: getattr(self, name)[..., ids] for name in given})
+        return replace(
+            self,
+            dx=self.dx[ids],
+            dy=self.dy[ids],
+            nu=self.nu[ids],
+            rigid_shift=self.rigid_shift[..., ids],
+            bound=self.bound[..., ids],
+            force=self.force[:, ids],
+        )
 
     def coarser(self) -> BatchedProblem:
         """With elements twice as large, and a step of rolling that is so, too."""
-        shift, bound = (
-            (1.0 if self.difference is None else 2.0) * halved(self.rigid_shift),
-            halved(self.bound),
-        )
-        force, dy = (self.force / 2, self.dy) if self.line else (self.force / 4, 2 * self.dy)
+        longer = 1.0 if self.difference is None else 2.0
         return replace(
             self,
             dx=2 * self.dx,
-            dy=dy,
-            rigid_shift=shift,
-            bound=bound,
-            force=force,
+            dy=self.dy if self.line else 2 * self.dy,
+            rigid_shift=longer * halved(self.rigid_shift),
+            bound=halved(self.bound),
+            force=self.force / (2 if self.line else 4),
             compliance=None,
         )
 
@@ -137,24 +151,22 @@ class BatchedSolution(Batch):
     @classmethod
     def unsolved(cls, problem: BatchedProblem) -> BatchedSolution:
         """To be written to as problems are solved."""
-        n, nothing = problem.dx.size, np.zeros_like(problem.rigid_shift)
-        far, no, none = np.full((2, n), np.inf), np.zeros(n, bool), np.zeros(n, int)
+        n = problem.dx.size
         return cls(
-            nothing,
-            np.zeros((2, n)),
-            far[0],
-            far[1],
-            no,
-            none,
-            np.zeros_like(problem.bound),
-            np.zeros(n),
+            traction=np.zeros_like(problem.rigid_shift),
+            rigid=np.zeros((2, n)),
+            residual=np.full(n, np.inf),
+            relative_gap=np.full(n, np.inf),
+            converged=np.zeros(n, bool),
+            iterations=np.zeros(n, int),
+            slip=np.zeros_like(problem.bound),
+            dissipated=np.zeros(n),
         )
 
     def within(self, rows: slice, columns: slice) -> BatchedSolution:
         """A view on some of the elements."""
-        return replace(
-            self, traction=self.traction[:, rows, columns], slip=self.slip[rows, columns]
-        )
+        traction = self.traction[:, rows, columns]
+        return replace(self, traction=traction, slip=self.slip[rows, columns])
 
 
 def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
@@ -171,9 +183,13 @@ def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
         return np.stack([2 * (1 - nu) * log, 0 * nu * log, 2 * log + 0 * nu])
     y = (np.arange(problem.bound.shape[0] + 1) - 0.5)[:, None, None] * (problem.dy / problem.dx)
     R = np.sqrt(x * x + y * y)
-    first, second, mixed = (
-        np.diff(np.diff(f, axis=0), axis=1) for f in (y * np.log(x + R), x * np.log(y + R), R)
-    )
+
+    def over_corners(corners: np.ndarray) -> np.ndarray:
+        return np.diff(np.diff(corners, axis=0), axis=1)
+
+    first = over_corners(y * np.log(x + R))
+    second = over_corners(x * np.log(y + R))
+    mixed = over_corners(R)
     return np.stack([first + (1 - nu) * second, -nu * mixed, second + (1 - nu) * first])
 
 
@@ -184,7 +200,6 @@ def halved(field: np.ndarray) -> np.ndarray:
 
 def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """Linear interpolation on elements half as large, over the elements in contact only."""
-    found = hierarchy.doubled(
-        np.moveaxis(field, -1, 0), np.moveaxis(contact, -1, 0)[:, None], shape
-    )
-    return np.moveaxis(found, 0, -1)
+    fields = np.moveaxis(field, -1, 0)
+    contacts = np.moveaxis(contact, -1, 0)[:, None]
+    return np.moveaxis(hierarchy.doubled(fields, contacts, shape), 0, -1)
