@@ -29,7 +29,7 @@ from varcontact.solvers.batched.transforms import (
     rows_then_columns,
     transforms,
 )
-from varcontact.solvers.newton.globalisation import PARTS, dot
+from varcontact.solvers.newton.globalisation import STEP_PARTS, dot
 from varcontact.solvers.newton.kernel import STICK_SHIFT
 from varcontact.solvers.newton.tangential import LEAST_SHIFT, NEARLY_STICK
 from varcontact.system.process import one_blas_thread
@@ -470,7 +470,7 @@ class Method:
         todo = np.arange(pool.size)
         best = self.natural(pool, slice(None), pool.traction + step, pool.shift + image)
         candidate = best
-        for part, shorter in pairwise(PARTS):
+        for part, shorter in pairwise(STEP_PARTS):
             todo = todo[~(candidate.merit < (1 - 0.1 * part) * at.merit[todo])]
             if todo.size == 0:
                 break

@@ -29,9 +29,10 @@ from varcontact.solvers.newton.hierarchy import LEAST_SIDE, Box, doubled, halved
 from varcontact.solvers.newton.kernel import Kernel
 from varcontact.system.process import lazy_property
 
-MAX_STEPS, PATIENCE = 100, 40
-"""Newton steps at most, and where active sets can take over: it takes 10 to 30, but for steps of
-rolling below dx/20."""
+MAX_STEPS = 100
+"""Newton steps: 10 to 30 are usual, but for steps of rolling below dx/20."""
+MAX_STEPS_SMALL = 40
+"""Newton steps where active sets can take over."""
 DENSE = 2000
 """Elements up to which a problem that Newton's method leaves unsolved is given to dense active
 sets."""
@@ -39,19 +40,23 @@ COARSE_TOL = 1e-2
 """Residual on all grids but the finest."""
 ROUNDED = 0.9
 """Part of the tolerance to reach, as the certificate rounds differently."""
-REFINED, LEAST, REFINING = 1e-3, 1e-12, 4
-"""Part of the tolerance that a solved problem of so few elements is refined to, the least residual
-that is asked for, and the steps that may take: a tenth of the time, which leaves hardly more than
-rounding."""
-ROUGH, FINE = 0.3, 1e-2
+REFINED_PART = 1e-3
+"""Part of the tolerance that a solved problem of so few elements is refined to."""
+REFINED_TOL_MIN = 1e-12
+"""Least tolerance of that refinement."""
+REFINED_STEPS = 4
+"""Newton steps of that refinement: a tenth of the time, which leaves hardly more than rounding."""
+GCR_TOL_MAX = 0.3
+GCR_TOL_MIN = 1e-2
 """Relative residuals of the linear equations, at first and at least."""
-FALLING = 1.5
+GCR_TOL_POWER = 1.5
 """Their power of what the last step left of the residual: Newton's method is as exact as it is
 successful."""
-NEAR = 30.0
+LAST_STEP_RATIO = 30.0
 """Residual, in tolerances, from which a step is to reach the tolerance."""
-NOISE, EXACT = 3e-7, 1e-15
-"""Error of the shift in single and in double precision, by the largest traction."""
+NOISE_SINGLE = 3e-7
+NOISE_DOUBLE = 1e-15
+"""Error of the shift in single and in double precision, relative to the largest traction."""
 
 C = TypeVar("C", bound=Conditions)
 G = TypeVar("G", bound="GridConditions")
@@ -92,14 +97,15 @@ class GridConditions(Conditions):
 
     @property
     def coarsens(self) -> bool:
-        """Whether coarse grids lead to a solution sooner."""
-        shape = self.bound.shape
-        return min(shape if shape[0] > 1 else shape[1:]) >= 2 * LEAST_SIDE and not self.linear
+        """True where coarse grids lead to a solution sooner."""
+        ny, nx = self.bound.shape
+        side = min(ny, nx) if ny > 1 else nx
+        return side >= 2 * LEAST_SIDE and not self.linear
 
     @property
     def of_step(self) -> bool:
-        """Whether the shift is that of a step of rolling, which becomes twice as long with the
-        elements.
+        """True where the shift is that of a step of rolling, twice as long with elements twice as
+        large.
         """
         return self.plain.circulant.rolling != 0
 
@@ -107,17 +113,22 @@ class GridConditions(Conditions):
         """With elements twice as large, in units of displacement that are so, too; and a step that
         is twice as long.
         """
-        each, scale = 4 if self.bound.shape[0] > 1 else 2, self.forces.scale
-        known = halved_mean(self.known / scale, self.contact) * (1.0 if self.of_step else 0.5)
+        scale = self.forces.scale
+        if self.of_step:
+            plain = self.plain.halved_in_rolling
+            unit = 1.0
+        else:
+            plain = self.plain.halved
+            unit = 0.5
+        known = halved_mean(self.known / scale, self.contact) * unit
         bound = halved(self.bound * scale)
-        forces = Forces(
-            self.forces.components, self.forces.sums / each, 1 / np.sqrt(np.count_nonzero(bound))
-        )
-        plain = self.plain.halved_in_rolling if self.of_step else self.plain.halved
+        small_elements = 4 if self.bound.shape[0] > 1 else 2
+        sums = self.forces.sums / small_elements
+        forces = Forces(self.forces.components, sums, 1 / np.sqrt(np.count_nonzero(bound)))
         return replace(self, kernel=plain, known=known, forces=forces, bound=bound, plain=plain)
 
     def first(self) -> Point:
-        """Where the coarsest grid begins: without tractions."""
+        """Start of the coarsest grid: no tractions."""
         return point(self, np.zeros_like(self.known), np.zeros((len(self.known), 1, 1)))
 
     def refined(self, at: Point, coarse: GridConditions) -> Point:
@@ -144,13 +155,12 @@ class GridProblem(Problem[G]):
         """From given tractions, which may be near the solution: their shift is in double
         precision.
         """
-        scale, forces = self.conditions.forces.scale, self.conditions.forces
-        traction = self.box.field(np.atleast_2d(start.traction)) / (self.load * scale)
+        forces = self.conditions.forces
+        traction = self.box.field(np.atleast_2d(start.traction)) / (self.load * forces.scale)
         traction = self.conditions.admissible(traction, traction)
-        rigid = forces.spread(
-            self.sign * start.rigid[list(forces.components)] / self.displacement, len(traction)
-        )
-        return Point(traction, self.shift(traction, rigid), rigid, EXACT)
+        unknown = self.sign * start.rigid[list(forces.components)] / self.displacement
+        rigid = forces.spread(unknown, len(traction))
+        return Point(traction, self.shift(traction, rigid), rigid, NOISE_DOUBLE)
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         shift = np.atleast_2d(self.problem.shift(*self.physical(traction, rigid)))
@@ -170,42 +180,54 @@ def solve(
     """Newton's method from a start; without one, or if that fails, from coarse grids; then active
     sets.
     """
-    tol, spent, raw = ROUNDED * settings.tol, 0, None
+    tol = ROUNDED * settings.tol
+    steps = 0
+    raw = None
     small = len(problem.box.places) <= DENSE
-    most = PATIENCE if small else MAX_STEPS
+    max_steps = MAX_STEPS_SMALL if small else MAX_STEPS
+    # from the start
     if start is not None and start.finite:
-        raw = solve_from(problem, problem.initial_guess(start), tol, settings, most)
-        spent = raw.iterations
+        raw = solve_from(problem, problem.initial_guess(start), tol, settings, max_steps)
+        steps = raw.iterations
+    # from coarse grids
     if raw is None or not raw.solved:
-        grids = [problem.conditions]
-        while grids[-1].coarsens:
-            grids.append(grids[-1].coarser())
-        at = grids[-1].first()
-        for coarse, fine in pairwise(reversed(grids)):
-            at, _, steps = newton(coarse, at, COARSE_TOL, settings)
-            at, spent = fine.refined(at, coarse), spent + steps
-        raw = solve_from(problem, at, tol, settings, most)
-        spent += raw.iterations
-    raw = replace(raw, iterations=spent)
+        at, coarse_steps = _from_coarse_grids(problem.conditions, settings)
+        raw = solve_from(problem, at, tol, settings, max_steps)
+        steps += coarse_steps + raw.iterations
+    raw = replace(raw, iterations=steps)
     if not small or (raw.solved and settings.loose_tolerance):
         return raw
+    # solved: a few more steps; else by active sets
     if raw.solved:
-        found = solve_from(
-            problem, problem.initial_guess(raw), max(REFINED * tol, LEAST), settings, REFINING
-        )
-        refined = replace(
-            found, iterations=spent + found.iterations, status=raw.status, solved=True
-        )
+        refined_tol = max(REFINED_PART * tol, REFINED_TOL_MIN)
+        guess = problem.initial_guess(raw)
+        refined = solve_from(problem, guess, refined_tol, settings, REFINED_STEPS)
+        steps += refined.iterations
+        refined = replace(refined, iterations=steps, status=raw.status, solved=True)
         return better(problem.problem, raw, refined)
     other = active_sets(problem.problem, settings, raw)
     reason = f"newton missed the tolerance, {other.solver} was used"
-    return better(problem.problem, raw, replace(other, iterations=spent, reason=reason))
+    return better(problem.problem, raw, replace(other, iterations=steps, reason=reason))
+
+
+def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[Point, int]:
+    """A point on the finest grid, and the Newton steps on the coarse ones."""
+    grids = [conditions]
+    while grids[-1].coarsens:
+        grids.append(grids[-1].coarser())
+    at = grids[-1].first()
+    steps = 0
+    for coarse, fine in pairwise(reversed(grids)):
+        at, _, coarse_steps = newton(coarse, at, COARSE_TOL, settings)
+        at = fine.refined(at, coarse)
+        steps += coarse_steps
+    return at, steps
 
 
 def solve_from(
-    problem: Problem[C], at: Point, tol: float, settings: Settings, most: int
+    problem: Problem[C], at: Point, tol: float, settings: Settings, max_steps: int
 ) -> RawSolution:
-    at, status, steps = newton(problem.conditions, at, tol, settings, problem, most)
+    at, status, steps = newton(problem.conditions, at, tol, settings, problem, max_steps)
     return RawSolution(*problem.physical(at.traction, at.rigid), steps, status, status == "Solved")
 
 
@@ -215,32 +237,41 @@ def newton(
     tol: float,
     settings: Settings,
     finest: Problem[C] | None = None,
-    most: int = MAX_STEPS,
+    max_steps: int = MAX_STEPS,
 ) -> tuple[Point, str, int]:
-    """Solve a contact problem on one grid, from a point, to a residual of the natural map by the
-    largest traction.
+    """Solve a contact problem on one grid, from a point, to a residual of the natural map relative
+    to the largest traction.
 
     With `finest` the answer is judged in double precision; else single precision is enough. Also
     "Solved", "MaxIterations" or "NotANumber", and the steps.
     """
-    goal, forces = tol, conditions.forces
+    goal = tol
+    forces = conditions.forces
     if forces.components and not conditions.linear and np.isfinite(at.shift).all():
         at = balanced(conditions, at)
-    best, least, before, idle = at, np.inf, 0.0, 0
-    now, room = measured(conditions, at), room_for(at.traction.size, forces)
-    for count in range(most):
+    now = measured(conditions, at)
+    best = at
+    least = np.inf
+    previous_residual = 0.0
+    idle = 0
+    room = room_for(at.traction.size, forces)
+    for count in range(max_steps):
         check_time(settings.deadline)
+        # the shift anew in double precision, where rounding counts
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
-            at = replace(at, shift=finest.shift(at.traction, at.rigid), noise=EXACT)
+            at = replace(at, shift=finest.shift(at.traction, at.rigid), noise=NOISE_DOUBLE)
             now = measured(conditions, at)
         if not np.isfinite(now.merit):
             return best, "NotANumber", count
         ny, nx = at.traction.shape[1:]
         settings.stats.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
         if now.residual < least:
-            best, least = at, now.residual
+            best = at
+            least = now.residual
+        # admissible tractions are judged as the certificate judges them
         if now.residual <= goal:
-            best = at = _admissible(conditions, at, finest)
+            at = _admissible(conditions, at, finest)
+            best = at
             error = 0.0 if finest is None else finest.error(at)
             if error <= tol:
                 return at, "Solved", count
@@ -248,25 +279,36 @@ def newton(
             now = measured(conditions, at)
             if now.residual == 0:
                 break  # no step is left to take
-        # as exact as it pays: S. C. Eisenstat and H. F. Walker, SIAM J. Sci. Comput. 17 (1996)
-        # 16-32
-        left, before = now.residual / before if before else 1.0, now.residual
-        near = conditions.linear or now.residual <= NEAR * goal
-        enough = float(np.clip(0.3 * goal / now.residual if near else left**FALLING, FINE, ROUGH))
-        system, lacking = (
-            conditions.linearised(at.traction, at.shift, now.trial),
-            forces.lacking(at.traction),
-        )
-        step = gcr(system, conditions.kernel, forces, lacking, enough, room)
-        if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
+        # a step, and a line search
+        gcr_tol = _gcr_tol(now.residual, previous_residual, goal, conditions.linear)
+        previous_residual = now.residual
+        system = conditions.linearised(at.traction, at.shift, now.trial)
+        lacking = forces.lacking(at.traction)
+        step = gcr(system, conditions.kernel, forces, lacking, gcr_tol, room)
+        if not step.finite:
             break
-        noise = at.noise + NOISE * float(np.abs(step.traction).max()) / now.largest
-        at, then = line_search(conditions, at, step, now)
-        idle = idle + 1 if then is now else 0
+        noise = at.noise + NOISE_SINGLE * float(np.abs(step.traction).max()) / now.largest
+        at, measure = line_search(conditions, at, step, now)
+        idle = idle + 1 if measure is now else 0
         if idle == 2:
             break  # no part of a step leads down
-        at, now = replace(at, noise=noise), then
-    return _admissible(conditions, best, finest), "MaxIterations", most
+        at = replace(at, noise=noise)
+        now = measure
+    return _admissible(conditions, best, finest), "MaxIterations", max_steps
+
+
+def _gcr_tol(residual: float, previous_residual: float, goal: float, linear: bool) -> float:
+    """Relative residual of the linear equations, as exact as it pays.
+
+    S. C. Eisenstat and H. F. Walker, SIAM J. Sci. Comput. 17 (1996) 16-32.
+    """
+    if linear or residual <= LAST_STEP_RATIO * goal:
+        tol = 0.3 * goal / residual
+    elif previous_residual:
+        tol = (residual / previous_residual) ** GCR_TOL_POWER
+    else:
+        tol = 1.0
+    return float(np.clip(tol, GCR_TOL_MIN, GCR_TOL_MAX))
 
 
 def _admissible(conditions: Conditions, at: Point, finest: Problem[C] | None) -> Point:
@@ -274,14 +316,15 @@ def _admissible(conditions: Conditions, at: Point, finest: Problem[C] | None) ->
     traction = conditions.admissible(at.traction, at.traction - at.shift)
     if finest is None:
         return replace(at, traction=traction)
-    return replace(at, traction=traction, shift=finest.shift(traction, at.rigid), noise=EXACT)
+    return replace(
+        at, traction=traction, shift=finest.shift(traction, at.rigid), noise=NOISE_DOUBLE
+    )
 
 
 def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Point:
-    """Tractions (c, ny, nx) and rigid shifts (c, 1, 1) with their shift, in single precision but
-    for what is known.
+    """Tractions (c, ny, nx) and rigid shifts (c, 1, 1) with their shift, its elastic part in single
+    precision.
     """
     displacement = conditions.known + rigid * conditions.forces.scale
-    return Point(
-        traction, displacement + conditions.kernel(traction.astype(np.float32)), rigid, NOISE
-    )
+    shift = displacement + conditions.kernel(traction.astype(np.float32))
+    return Point(traction, shift, rigid, NOISE_SINGLE)

@@ -11,11 +11,12 @@ import numpy as np
 
 from varcontact.solvers.newton.kernel import Product
 
-FEWEST, MOST = 60, 240
-"""Directions, at most: of very large problems, and of all others."""
-ROOM = 2e7
+MAX_DIRECTIONS = 240
+MAX_DIRECTIONS_LARGE = 60
+"""Most directions of very large problems."""
+MAX_NUMBERS = 2e7
 """Numbers that all directions together may have, as long as they are not too few."""
-LEAST = 1e-7
+LENGTH_MIN = 1e-7
 """Length of a new direction, relative to its image, below which it consists of rounding."""
 
 
@@ -37,7 +38,7 @@ class System(ABC):
 
     @abstractmethod
     def precondition(self, right: np.ndarray) -> np.ndarray:
-        """Nearly the step that has these left-hand sides."""
+        """Step that nearly has these left-hand sides."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ class Forces:
     shares: np.ndarray | None = None
 
     def lacking(self, traction: np.ndarray) -> np.ndarray:
-        """What tractions lack of the sums, weighted (k,)."""
+        """Difference of the sums to those of tractions, weighted (k,)."""
         return self.weight * (self.sums - self.of(traction))
 
     def of(self, traction: np.ndarray) -> np.ndarray:
@@ -82,6 +83,10 @@ class Step:
     shift: np.ndarray
     rigid: np.ndarray
 
+    @property
+    def finite(self) -> bool:
+        return bool(np.isfinite(self.traction).all() and np.isfinite(self.shift).all())
+
 
 Room = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -91,13 +96,17 @@ def room_for(size: int, forces: Forces) -> Room:
     only where used.
     """
     # rounding may take more than the unknowns
-    most = min(int(np.clip(ROOM / size, FEWEST, MOST)), 2 * size + 10)
-    directions, products = np.empty((most, size), np.float32), np.empty((most, size), np.float32)
-    return directions, products, np.empty((most, size + len(forces.components)), np.float32)
+    most = min(
+        int(np.clip(MAX_NUMBERS / size, MAX_DIRECTIONS_LARGE, MAX_DIRECTIONS)), 2 * size + 10
+    )
+    directions = np.empty((most, size), np.float32)
+    products = np.empty((most, size), np.float32)
+    images = np.empty((most, size + len(forces.components)), np.float32)
+    return directions, products, images
 
 
 def gcr(
-    system: System, kernel: Product, forces: Forces, lacking: np.ndarray, enough: float, room: Room
+    system: System, kernel: Product, forces: Forces, lacking: np.ndarray, tol: float, room: Room
 ) -> Step:
     """Solve a Newton step's equations, and those of the forces, which lack (k,), to a relative
     residual.
@@ -107,28 +116,32 @@ def gcr(
     no product.
     """
     right = system.right
-    shape, size, k = right.shape, right.size, len(lacking)
+    shape = right.shape
+    size = right.size
+    k = len(lacking)
     length = float(np.sqrt(np.vdot(right, right) + lacking @ lacking))
     if length == 0:
         return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)))
     residual = np.concatenate([(right / length).ravel(), lacking / length]).astype(np.float32)
     directions, products, images = room
     most = len(images)
-    rigid, triangle, along = np.zeros((most, k)), np.zeros((most, most)), np.zeros(most)
+    rigid = np.zeros((most, k))
+    triangle = np.zeros((most, most))
+    along = np.zeros(most)
 
     def sums(step: np.ndarray) -> np.ndarray:
         return (forces.weight * forces.of(step)).astype(np.float32)
 
+    # prescribed forces: steps by uniform shifts, and the shifts that balance their sums
     borders = [system.border(i) for i in forces.components]
     steps = [system.precondition(border) for border in borders]
     complement = np.array([sums(step) for step in steps], dtype=float).reshape(k, k).T
-    inverse = (
-        np.linalg.pinv(complement)
-        if np.isfinite(complement).all()
-        else np.full_like(complement, np.nan)
-    )
+    inverse = np.full_like(complement, np.nan)
+    if np.isfinite(complement).all():
+        inverse = np.linalg.pinv(complement)
     count = 0
-    while count < most and float(np.linalg.norm(residual)) > enough:
+    while count < most and float(np.linalg.norm(residual)) > tol:
+        # a direction that keeps the forces, and what the equations make of it
         direction = system.precondition(residual[:size].reshape(shape))
         shifts = inverse @ (sums(direction) - residual[size:])
         for shift, step in zip(shifts, steps, strict=True):
@@ -137,23 +150,30 @@ def gcr(
         rows = system.rows(product, direction)
         for shift, border in zip(shifts, borders, strict=True):
             rows += np.float32(shift) * border
-        image, old = images[count], images[:count]
-        image[:size], image[size:] = rows.ravel(), sums(direction)
-        known = old @ image
-        image -= known @ old
-        own = float(np.linalg.norm(image))
-        if not own > LEAST:
+        image = images[count]
+        image[:size] = rows.ravel()
+        image[size:] = sums(direction)
+        # orthogonal to earlier images, and of unit length
+        earlier = images[:count]
+        projections = earlier @ image
+        image -= projections @ earlier
+        image_length = float(np.linalg.norm(image))
+        if not image_length > LENGTH_MIN:
             break
-        image /= np.float32(own)
-        directions[count], products[count] = direction.ravel(), product.ravel()
-        rigid[count], triangle[:count, count], triangle[count, count] = shifts, known, own
+        image /= np.float32(image_length)
+        directions[count] = direction.ravel()
+        products[count] = product.ravel()
+        rigid[count] = shifts
+        triangle[:count, count] = projections
+        triangle[count, count] = image_length
+        # what it takes off the residual
         along[count] = image @ residual
         residual -= np.float32(along[count]) * image
         count += 1
+    # the step is a sum of directions
     parts = np.linalg.solve(triangle[:count, :count], along[:count]) * length
     change = forces.spread(parts @ rigid[:count], shape[0])
     single = parts.astype(np.float32)
     traction = (single @ directions[:count]).reshape(shape).astype(float)
-    return Step(
-        traction, (single @ products[:count]).reshape(shape) + change * forces.scale, change
-    )
+    shift = (single @ products[:count]).reshape(shape) + change * forces.scale
+    return Step(traction, shift, change)

@@ -1,4 +1,4 @@
-"""What leads Newton's method to the solution: line search, balanced forces."""
+"""Globalisation of Newton's method: line search, balanced forces."""
 
 from __future__ import annotations
 
@@ -10,15 +10,13 @@ import numpy as np
 from varcontact.solvers.newton.gcr import Forces, Step, System
 from varcontact.solvers.newton.kernel import Product
 
-PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
-"""Of a step, tried one after the other."""
+STEP_PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
+"""Parts of a Newton step, tried one after the other."""
 
 
 @dataclass(frozen=True, eq=False)
 class Conditions(ABC):
-    """A contact problem on a box, dimensionless: what Newton's method has to know of it. Fields are
-    (c, ny, nx).
-    """
+    """A contact problem on a box, dimensionless, as Newton's method sees it. Fields are (c, ny, nx)."""
 
     kernel: Product
     known: np.ndarray
@@ -53,11 +51,11 @@ class Point:
     noise: float
 
 
-def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Scalar products (ny, nx) of vectors (c, ny, nx)."""
-    product: np.ndarray = one[0] * other[0]
-    for first, second in zip(one[1:], other[1:], strict=True):
-        product += first * second
+    product: np.ndarray = a[0] * b[0]
+    for component in range(1, len(a)):
+        product += a[component] * b[component]
     return product
 
 
@@ -67,22 +65,23 @@ def balanced(conditions: Conditions, at: Point) -> Point:
     """
     from scipy.optimize import root
 
-    forces, trial, components = conditions.forces, at.traction - at.shift, len(at.traction)
+    forces = conditions.forces
+    trial = at.traction - at.shift
+    components = len(at.traction)
 
     def lacking(change: np.ndarray) -> np.ndarray:
         moved = trial - forces.spread(change, components) * forces.scale
         return forces.lacking(conditions.projected(moved))
 
-    rigid = forces.spread(
-        root(lacking, np.zeros(len(forces.components)), method="lm").x, components
-    )
+    change = root(lacking, np.zeros(len(forces.components)), method="lm").x
+    rigid = forces.spread(change, components)
     return replace(at, shift=at.shift + rigid * forces.scale, rigid=at.rigid + rigid)
 
 
 @dataclass(frozen=True, eq=False)
 class Measure:
-    """How far a point is from the solution: the largest error by the largest traction, and the size
-    of all.
+    """Distance of a point from the solution: the largest error relative to the largest traction,
+    and the norm of all.
     """
 
     trial: np.ndarray
@@ -92,13 +91,15 @@ class Measure:
 
 
 def measured(conditions: Conditions, at: Point) -> Measure:
-    """By the natural map, whose trial tractions are kept."""
+    """Measure of a point by the natural map, whose trial tractions are kept."""
     trial = at.traction - at.shift
     image = conditions.projected(trial)
-    error, lacking = at.traction - image, conditions.forces.lacking(at.traction)
+    error = at.traction - image
+    lacking = conditions.forces.lacking(at.traction)
     square = dot(error, error)
     largest = float(np.sqrt(max(dot(at.traction, at.traction).max(), dot(image, image).max())))
-    largest = largest if largest > 0 else 1.0
+    if not largest > 0:
+        largest = 1.0
     residual = max(float(np.sqrt(square.max())), float(np.abs(lacking).max(initial=0.0))) / largest
     return Measure(trial, residual, float(np.sqrt(square.sum() + lacking @ lacking)), largest)
 
@@ -106,17 +107,22 @@ def measured(conditions: Conditions, at: Point) -> Measure:
 def line_search(
     conditions: Conditions, at: Point, step: Step, now: Measure
 ) -> tuple[Point, Measure]:
-    """After the first part of a step that lowers the merit enough, or the best of all; where none
-    does, as it was.
+    """The point after the first part of a step that lowers the merit enough, or the best of all;
+    where none does, the point as it was.
     """
-    best, least = at, now
-    for part in PARTS:
-        traction, rigid = at.traction + part * step.traction, at.rigid + part * step.rigid
-        # E is linear, and no product needed
-        there = Point(traction, at.shift + part * step.shift, rigid, at.noise)
-        then = measured(conditions, there)
-        if then.merit <= least.merit:
-            best, least = there, then
-        if then.merit < (1 - 0.1 * part) * now.merit:
+    best = at
+    best_measure = now
+    for part in STEP_PARTS:
+        candidate = Point(
+            traction=at.traction + part * step.traction,
+            shift=at.shift + part * step.shift,  # E is linear, and no product needed
+            rigid=at.rigid + part * step.rigid,
+            noise=at.noise,
+        )
+        measure = measured(conditions, candidate)
+        if measure.merit <= best_measure.merit:
+            best = candidate
+            best_measure = measure
+        if measure.merit < (1 - 0.1 * part) * now.merit:
             break
-    return best, least
+    return best, best_measure

@@ -26,7 +26,8 @@ class Box:
     @classmethod
     def around(cls, operator: RestrictedOperator) -> Box:
         row, column = np.divmod(operator.elements, operator.grid_operator.shape[1])
-        row, column = row - row.min(), column - column.min()
+        row = row - row.min()
+        column = column - column.min()
         shape = int(row.max()) + 1, int(column.max()) + 1
         return cls(shape, row * shape[1] + column)
 
@@ -44,12 +45,10 @@ def halved(field: np.ndarray) -> np.ndarray:
     """Means over two by two elements, or over two strips of a line contact; zero beyond the
     edge.
     """
-    line = field.shape[-2] == 1
-    around = [(0, 0)] * (field.ndim - 2) + [
-        (0, 0 if line else field.shape[-2] % 2),
-        (0, field.shape[-1] % 2),
-    ]
-    field = np.pad(field, around)
+    ny, nx = field.shape[-2:]
+    line = ny == 1
+    beyond_y = 0 if line else ny % 2
+    field = np.pad(field, [(0, 0)] * (field.ndim - 2) + [(0, beyond_y), (0, nx % 2)])
     rows = field if line else (field[..., ::2, :] + field[..., 1::2, :]) / 2
     return (rows[..., ::2] + rows[..., 1::2]) / 2
 
@@ -63,6 +62,7 @@ def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> n
     """A field on a grid (of that shape) of half the element size: bilinear, between elements in
     contact only.
     """
-    values, weights = on_parts(field * contact, (2, 2)), on_parts(contact.astype(float), (2, 2))
+    values = on_parts(field * contact, (2, 2))
+    weights = on_parts(contact.astype(float), (2, 2))
     fine = np.where(weights > 0, values / np.where(weights > 0, weights, 1.0), 0.0)
     return fine[..., : shape[0], : shape[1]]

@@ -89,13 +89,11 @@ class Kernel:
         for axis in (1, 2) if self.shape[0] > 1 else (2,):
             lines = np.moveaxis(numbers, axis, -1)
             last = lines.shape[-1] // 4 * 2  # even offset of small elements
-            padded, middle = (
-                np.pad(lines, ((0, 0), (0, 0), (1, 1)), "edge"),
-                lines.shape[-1] // 2 + 1,
-            )
-            before, same, after = (
-                padded[..., middle - last + by : middle + last + by + 1 : 2] for by in (-1, 0, 1)
-            )
+            padded = np.pad(lines, ((0, 0), (0, 0), (1, 1)), "edge")
+            middle = lines.shape[-1] // 2 + 1
+            before = padded[..., middle - last - 1 : middle + last : 2]
+            same = padded[..., middle - last : middle + last + 1 : 2]
+            after = padded[..., middle - last + 1 : middle + last + 2 : 2]
             numbers = np.moveaxis(same + (before + after) / 2, -1, axis)
         return Kernel(numbers / 2)
 
@@ -104,7 +102,9 @@ class Kernel:
         """That of elements and a step of rolling twice as long: on half-spaces the numbers are the
         first of these.
         """
-        (ny, nx), (rows, columns) = self.shape, ((side + 1) // 2 for side in self.shape)
+        ny, nx = self.shape
+        rows = (ny + 1) // 2
+        columns = (nx + 1) // 2
         return Kernel(self.numbers[:, ny - rows : ny + rows - 1, nx - columns : nx + columns - 1])
 
     @lazy_property
@@ -118,9 +118,8 @@ class Kernel:
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         """Displacements by tractions (c, ny, nx), both float32."""
-        return fields_of(
-            symmetric_product(self.symbol, spectrum_of(traction, self._box)), self._box, self.shape
-        )
+        product = symmetric_product(self.symbol, spectrum_of(traction, self._box))
+        return fields_of(product, self._box, self.shape)
 
 
 class SoftenedKernel:
@@ -147,7 +146,8 @@ class CurvedKernel:
     """That of a surface whose curvature varies, on a box from a row of its grid."""
 
     def __init__(self, operator: GridOperator, first: int) -> None:
-        self.operator, self.first = operator, first
+        self.operator = operator
+        self.first = first
         self._unit = np.float32(unit(operator))
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
@@ -155,8 +155,8 @@ class CurvedKernel:
         box = slice(None), slice(self.first, self.first + ny), slice(nx)
         whole = np.zeros((len(traction), *self.operator.shape), np.float32)
         whole[box] = traction / self._unit
-        found: np.ndarray = self.operator.apply(whole)[box]
-        return found
+        displacement: np.ndarray = self.operator.apply(whole)[box]
+        return displacement
 
 
 class Circulant:
@@ -172,20 +172,17 @@ class Circulant:
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
         ny, nx = kernel.shape
-        self._box = rows, columns = fast_box(int(WIDER * ny), int(WIDER * nx))
-        behind, ahead = kernel.numbers[0, :, : nx - 1], kernel.numbers[0, :, nx:]
-        total = float(np.abs(behind).sum(dtype=float) + np.abs(ahead).sum(dtype=float))
-        more = float(ahead.sum(dtype=float) - behind.sum(dtype=float))
-        self.rolling = 0 if abs(more) < SKEW * total or total == 0 else int(np.sign(more))
-        self.growth = np.exp(-self.rolling * np.log(CAUSAL) / columns * np.arange(nx)).astype(
-            np.float32
-        )
-        y, x = np.arange(-(ny - 1), ny), np.arange(-(nx - 1), nx)
+        rows, columns = fast_box(int(WIDER * ny), int(WIDER * nx))
+        self._box = rows, columns
+        self.rolling = _rolling(kernel.numbers[0])
+        growth = np.exp(-self.rolling * np.log(CAUSAL) / columns * np.arange(nx))
+        self.growth = growth.astype(np.float32)
+        x = np.arange(-(nx - 1), nx)
+        y = np.arange(-(ny - 1), ny)
         causal = np.exp(-self.rolling * np.log(CAUSAL) * x / columns)
         window = parzen(y / rows)[:, None] * (parzen(x / columns) * causal)
-        self.symbol = spectrum_of(
-            wrapped(kernel.numbers * window.astype(np.float32), self._box), self._box
-        )
+        numbers = kernel.numbers * window.astype(np.float32)
+        self.symbol = spectrum_of(wrapped(numbers, self._box), self._box)
 
     @lazy_property
     def stick(self) -> np.ndarray:
@@ -198,11 +195,9 @@ class Circulant:
         """
         if len(self.symbol) == 1:
             return 1 / (self.symbol + np.float32(shift))
-        xx, xy, yy = (
-            self.symbol[0] + np.float32(shift),
-            self.symbol[1],
-            self.symbol[2] + np.float32(shift),
-        )
+        xx = self.symbol[0] + np.float32(shift)
+        xy = self.symbol[1]
+        yy = self.symbol[2] + np.float32(shift)
         determinant = xx * yy - xy * xy
         inverse = np.array([yy, -xy, xx])
         inverse /= determinant
@@ -210,11 +205,22 @@ class Circulant:
 
     def apply(self, inverses: np.ndarray, fields: np.ndarray) -> np.ndarray:
         """Inverses (m, k, ...) times fields (c, k, ny, nx), both weighted by `growth`."""
-        return fields_of(
-            symmetric_product(inverses, spectrum_of(fields, self._box)),
-            self._box,
-            self.kernel.shape,
-        )
+        product = symmetric_product(inverses, spectrum_of(fields, self._box))
+        return fields_of(product, self._box, self.kernel.shape)
+
+
+def _rolling(numbers: np.ndarray) -> int:
+    """The direction of rolling by the skewness of influence numbers along x, (2 ny - 1, 2 nx - 1);
+    0 in a shift.
+    """
+    nx = (numbers.shape[1] + 1) // 2
+    behind = numbers[:, : nx - 1]
+    ahead = numbers[:, nx:]
+    total = float(np.abs(behind).sum(dtype=float) + np.abs(ahead).sum(dtype=float))
+    skewness = float(ahead.sum(dtype=float) - behind.sum(dtype=float))
+    if abs(skewness) < SKEW * total or total == 0:
+        return 0
+    return int(np.sign(skewness))
 
 
 def parzen(t: np.ndarray) -> np.ndarray:
@@ -227,7 +233,8 @@ def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
     """The kernel of a box from the first offsets of an operator's table, which remembers it."""
     kept: dict[tuple[int, int], Kernel] = operator.__dict__.setdefault("_kernels", {})
     if shape not in kept:
-        (ny, nx), (rows, columns) = shape, operator.shape
+        ny, nx = shape
+        rows, columns = operator.shape
         table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
         blocks = [table[0, 0]] if len(table) == 1 else [table[0, 0], table[0, 1], table[1, 1]]
         kept[shape] = Kernel((np.array(blocks) / unit(operator)).astype(np.float32))
