@@ -1,4 +1,4 @@
-"""What every solver is given besides its problem, and how its calls are counted and timed."""
+"""Settings of every solver, and statistics that count and time its calls."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TypeVar
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.discrete.residuals import normal_residual, tangential_residual
 
-LONGEST = 1e9
+SECONDS_MAX = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
 Problem = TypeVar("Problem", bound=NormalProblem | TangentialProblem)
 Start = TypeVar("Start", RawSolution, RawSolution | None)
@@ -102,15 +102,19 @@ class SolveStats:
         self, solver: str, iterations: int = 0, count: int = 0, seconds: float = 0.0
     ) -> None:
         """Iterations of a solver, added to those of its earlier calls."""
-        solvers = self.calls.setdefault(self._stages[-1] if self._stages else "", {})
-        known = solvers.get(solver, Calls())
+        solvers = self.calls.setdefault(self._stage, {})
+        calls = solvers.get(solver, Calls())
         solvers[solver] = Calls(
-            known.count + count, known.iterations + iterations, known.seconds + seconds
+            calls.count + count, calls.iterations + iterations, calls.seconds + seconds
         )
 
     def tell(self, words: str) -> None:
         if self._progress is not None and "grid" not in self._stages:
-            self._progress(f"{self._stages[-1] if self._stages else ''}: {words}")
+            self._progress(f"{self._stage}: {words}")
+
+    @property
+    def _stage(self) -> str:
+        return self._stages[-1] if self._stages else ""
 
 
 class OutOfTime(Exception):
@@ -127,7 +131,7 @@ def check_time(deadline: float) -> None:
 
 @dataclass(frozen=True)
 class Settings:
-    """What every solver is given."""
+    """Settings of a solve, the same for every solver."""
 
     tol: float = 1e-8
     # the program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits
@@ -139,7 +143,7 @@ class Settings:
 
     @property
     def seconds_left(self) -> float:
-        return min(max(self.deadline - time.perf_counter(), 1e-3), LONGEST)
+        return min(max(self.deadline - time.perf_counter(), 1e-3), SECONDS_MAX)
 
 
 Solver = Callable[[Problem, Settings, Start], RawSolution]
@@ -172,9 +176,11 @@ def natural_residual(problem: NormalProblem | TangentialProblem, raw: RawSolutio
 
 
 def better(
-    problem: NormalProblem | TangentialProblem, one: RawSolution | None, other: RawSolution
+    problem: NormalProblem | TangentialProblem, best: RawSolution | None, other: RawSolution
 ) -> RawSolution:
     """The answer with the smaller residual, or the only one."""
-    if one is None or not one.finite:
+    if best is None or not best.finite:
         return other
-    return other if natural_residual(problem, other) < natural_residual(problem, one) else one
+    if natural_residual(problem, other) < natural_residual(problem, best):
+        return other
+    return best

@@ -54,20 +54,16 @@ CVXPY_SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "HIGHS")
 
 def normal_methods() -> list[str]:
     """Names of all methods of the normal problem, installed or not; "hertz" is the closed form."""
-    families = [f"qpsolvers:{name}" for name in BACKENDS] + [
-        f"cvxpy:{name}" for name in CVXPY_SOLVERS
-    ]
-    return ["hertz", *NORMAL, *PROGRAM_SOLVERS, *families]
+    by_qpsolvers = [f"qpsolvers:{name}" for name in BACKENDS]
+    by_cvxpy = [f"cvxpy:{name}" for name in CVXPY_SOLVERS]
+    return ["hertz", *NORMAL, *PROGRAM_SOLVERS, *by_qpsolvers, *by_cvxpy]
 
 
 def tangential_methods() -> list[str]:
     """Names of the methods that solve the tangential problem itself, installed or not."""
     conic = [name for name in PROGRAM_SOLVERS if BACKENDS[name].cones]
-    return [
-        *TANGENTIAL,
-        *conic,
-        *(f"cvxpy:{name}" for name in CVXPY_SOLVERS if BACKENDS[name.lower()].cones),
-    ]
+    by_cvxpy = [f"cvxpy:{name}" for name in CVXPY_SOLVERS if BACKENDS[name.lower()].cones]
+    return [*TANGENTIAL, *conic, *by_cvxpy]
 
 
 def normal_solver(name: str) -> NormalSolver:
@@ -85,11 +81,13 @@ def tangential_solver(name: str) -> TangentialSolver:
             name, lambda problem, settings, _: solve_tangential(name, problem, settings)
         ),
     )
-    return partial(_from_a_start_or_none, solver) if name.startswith("tang") else solver
+    if name.startswith("tang"):
+        return partial(_restarted, solver)
+    return solver
 
 
 def states_programs(name: str) -> bool:
-    """Whether a method hands a convex program to a solver, whose answer then can be polished."""
+    """True for a method that hands a convex program to a solver; its answer can be polished."""
     return name.split(":")[0] in (*PROGRAM_SOLVERS, "qpsolvers", "cvxpy")
 
 
@@ -97,8 +95,8 @@ def available(field: str, name: str, known: Iterable[str]) -> str:
     """A method's name, if there is such a method and what it needs is installed."""
     names = list(known)
     family, _, solver = str(name).partition(":")
-    behind = family if any(other.startswith(f"{family}:") for other in names) and solver else ""
-    if name not in names and not (behind and _known_to(behind, solver)):
+    in_family = solver and any(other.startswith(f"{family}:") for other in names)
+    if name not in names and not (in_family and _known_to(family, solver)):
         checks.choice(field, name, names)
     if states_programs(name):
         wheel = WHEELS.get(solver.lower(), "")
@@ -109,12 +107,11 @@ def available(field: str, name: str, known: Iterable[str]) -> str:
 
 
 def _known_to(interface: str, solver: str) -> bool:
-    """Whether an interface knows a solver that is not in our table, installed or not."""
+    """True if an interface knows a solver that is not in our table, installed or not."""
     if solver.lower() in BACKENDS:
         return False  # in the table, which says that it is not suitable
-    if solver.lower() in OTHERS and solver == (
-        solver.upper() if interface == "cvxpy" else solver.lower()
-    ):
+    spelling = solver.upper() if interface == "cvxpy" else solver.lower()
+    if solver.lower() in OTHERS and solver == spelling:
         return True
     if interface == "cvxpy":
         import cvxpy
@@ -132,7 +129,7 @@ def load_packages(*names: str) -> None:
             imported(name.partition(":")[0])
 
 
-def _from_a_start_or_none(
+def _restarted(
     method: TangentialSolver,
     problem: TangentialProblem,
     settings: Settings,
@@ -144,5 +141,5 @@ def _from_a_start_or_none(
     raw = method(problem, settings, start)
     if start is None or raw.solved:
         return raw
-    again = method(problem, settings, None)
-    return replace(again, iterations=raw.iterations + again.iterations)
+    restarted = method(problem, settings, None)
+    return replace(restarted, iterations=raw.iterations + restarted.iterations)

@@ -23,11 +23,13 @@ from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialP
 from varcontact.solvers.interface import Settings, check_time, natural_residual
 from varcontact.system.process import interruptible
 
-ROUNDS, MOST_ROUNDS, PATIENCE = 20, 2000, 300
-"""Rounds between two looks at the residual, in all, and without a better residual."""
-
-ROUNDING = 1e-13
-"""No smaller residual is asked for."""
+CHECK_ROUNDS = 20
+"""Rounds between two checks of the residual."""
+MAX_ROUNDS = 2000
+MAX_IDLE_ROUNDS = 300
+"""Rounds without a better residual."""
+TOL_MIN = 1e-13
+"""Least residual: rounding."""
 
 
 class Splitting:
@@ -38,22 +40,24 @@ class Splitting:
     def __init__(self, problem: NormalProblem | TangentialProblem) -> None:
         from scipy.linalg import lu_factor
 
-        self.problem, self.weight = problem, problem.operator.row_size
+        self.problem = problem
+        self.weight = problem.operator.row_size
         forces: tuple[float | None, ...]
         if isinstance(problem, NormalProblem):
-            forces, self.shift = (
-                (problem.force,),
-                problem.distance[None] - (problem.approach or 0.0),
-            )
+            forces = (problem.force,)
+            self.shift = problem.distance[None] - (problem.approach or 0.0)
         else:
-            forces, self.shift = problem.force, problem.rigid_shift
-        (c, n), size = self.shift.shape, self.shift.size
+            forces = problem.force
+            self.shift = problem.rigid_shift
+        c, n = self.shift.shape
+        size = self.shift.size
         self.free = [i for i, force in enumerate(forces) if force is not None]
         self.sums = np.array([force / problem.area for force in forces if force is not None])
         totals = np.kron(np.eye(c)[self.free], np.ones(n))
         system = np.pad(problem.operator.matrix, (0, len(totals)))
         system[np.arange(size), np.arange(size)] += self.weight
-        system[:size, size:], system[size:, :size] = totals.T, totals
+        system[:size, size:] = totals.T
+        system[size:, :size] = totals
         self.factors = interruptible(
             lambda: lu_factor(system, overwrite_a=True, check_finite=False), len(system)
         )
@@ -68,18 +72,19 @@ class Splitting:
         """
         from scipy.linalg import lu_solve
 
-        problem, p, rigid = self.problem, self._projected(at), np.zeros(len(at))
+        p = self._projected(at)
+        rigid = np.zeros(len(at))
         for _ in range(rounds):
             check_time(deadline)
             right = np.concatenate([(self.weight * (2 * p - at) - self.shift).ravel(), self.sums])
             step = lu_solve(self.factors, right, check_finite=False)
-            at, rigid[self.free] = at + step[: at.size].reshape(at.shape) - p, step[at.size :]
+            at = at + step[: at.size].reshape(at.shape) - p
+            rigid[self.free] = step[at.size :]
             p = self._projected(at)
-        if isinstance(problem, NormalProblem):
-            return at, RawSolution(
-                p[0], -rigid if self.free else np.array([problem.approach]), rounds, ""
-            )
-        return at, RawSolution(p, rigid, rounds, "")
+        if isinstance(self.problem, TangentialProblem):
+            return at, RawSolution(p, rigid, rounds, "")
+        approach = -rigid if self.free else np.array([self.problem.approach])
+        return at, RawSolution(p[0], approach, rounds, "")
 
     def _projected(self, at: np.ndarray) -> np.ndarray:
         if isinstance(self.problem, NormalProblem):
@@ -94,18 +99,22 @@ def refine(
 
     `iterations` counts rounds.
     """
-    splitting, tol = Splitting(problem), max(settings.tol, ROUNDING)
-    at = np.atleast_2d(
-        start.traction - problem.shift(start.traction, start.rigid) / splitting.weight
-    )
-    best, least, reached, count = start, np.inf, 0, 0
-    while least > tol and count < MOST_ROUNDS and count - reached < PATIENCE:
-        at, found = splitting.moved(at, ROUNDS, settings.deadline)
-        count += ROUNDS
-        error = natural_residual(problem, found)
-        if error < least:
-            best, least, reached = found, error, count
+    splitting = Splitting(problem)
+    tol = max(settings.tol, TOL_MIN)
+    shift = problem.shift(start.traction, start.rigid)
+    at = np.atleast_2d(start.traction - shift / splitting.weight)
+    best = start
+    least = np.inf
+    best_count = 0
+    count = 0
+    while least > tol and count < MAX_ROUNDS and count - best_count < MAX_IDLE_ROUNDS:
+        at, raw = splitting.moved(at, CHECK_ROUNDS, settings.deadline)
+        count += CHECK_ROUNDS
+        residual = natural_residual(problem, raw)
+        if residual < least:
+            best = raw
+            least = residual
+            best_count = count
     solved = least <= tol
-    return replace(
-        best, iterations=count, status="Solved" if solved else "MaxRounds", solved=solved
-    )
+    status = "Solved" if solved else "MaxRounds"
+    return replace(best, iterations=count, status=status, solved=solved)

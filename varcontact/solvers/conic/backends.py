@@ -45,38 +45,35 @@ def _splitting(tol: float) -> float:
 
 
 def _clarabel(tol: float) -> dict[str, Any]:
-    asked = max(_interior(tol), 1e-12)
-    # The programs come well scaled: a rough answer needs neither of the last two, and a fifth of
-    # the time less.
+    gap = max(_interior(tol), 1e-12)
     return {
-        "tol_gap_abs": asked,
-        "tol_gap_rel": asked,
-        "tol_feas": asked,
+        "tol_gap_abs": gap,
+        "tol_gap_rel": gap,
+        "tol_feas": gap,
         "max_iter": 200,
         "presolve_enable": False,
-        "equilibrate_enable": asked < 1e-5,
-        "iterative_refinement_enable": asked < 1e-5,
+        # The programs come well scaled: a rough answer needs neither of these two, and takes a
+        # fifth of the time less.
+        "equilibrate_enable": gap < 1e-5,
+        "iterative_refinement_enable": gap < 1e-5,
         # With steps of 0.99 of the way to the boundary, as it takes by default, iterates near the
-        # end lie so close to
-        # it that rounding stops them, with tractions wrong by 1e-6 (at a shift 1e-3); with shorter
-        # ones they are good
-        # to 1e-8, for twice the iterations.
-        "max_step_fraction": 0.75 if asked < 1e-10 else 0.99,
+        # end lie so close to it that rounding stops them, with tractions wrong by 1e-6 (at a shift
+        # 1e-3); with shorter ones they are good to 1e-8, for twice the iterations.
+        "max_step_fraction": 0.75 if gap < 1e-10 else 0.99,
         "direct_solve_method": "faer",  # dense factors: several times faster than qdldl
         # Its pool of threads does not survive a fork: the child would wait for it for ever. And the
-        # same digits come
-        # out of any number of cores.
+        # same digits come out of any number of cores.
         "max_threads": 1,
     }
 
 
 def _highs(tol: float) -> dict[str, Any]:
-    asked = max(0.1 * tol, 1e-10)
+    residual = max(0.1 * tol, 1e-10)
     return {
-        "primal_feasibility_tolerance": asked,
-        "dual_feasibility_tolerance": asked,
+        "primal_feasibility_tolerance": residual,
+        "dual_feasibility_tolerance": residual,
         # tractions are as wrong as this, by default 1e-7
-        "qp_regularization_value": min(asked, 1e-7),
+        "qp_regularization_value": min(residual, 1e-7),
     }
 
 
@@ -122,7 +119,7 @@ WHEELS |= {"copt": "coptpy", "gurobi": "gurobipy", "highs": "highspy", "proxqp":
 """What has to be installed for a solver."""
 
 FORMULATIONS = {"complementary": (True, False), "potential": (False, True), "gap": (True, True)}
-"""Whether a program has the conditions of tractions, and those of shifts."""
+"""Formulations: conditions of tractions (true or false), and of shifts."""
 
 
 def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSolution:
@@ -130,7 +127,9 @@ def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSo
     "cvxpy:SCS".
     """
     formulation = "potential" if settings.formulation == "potential" else "complementary"
-    program = normal_program(problem, *FORMULATIONS[formulation if problem.symmetric else "gap"])
+    if not problem.symmetric:
+        formulation = "gap"
+    program = normal_program(problem, *FORMULATIONS[formulation])
     return solve_program(name, program, settings)
 
 
@@ -156,7 +155,8 @@ def solve_program(name: str, program: ConicProgram, settings: Settings) -> RawSo
 
 
 def _options(name: str, tol: float) -> dict[str, Any]:
-    return BACKENDS[name.lower()].options(tol) if name.lower() in BACKENDS else {}
+    backend = BACKENDS.get(name.lower())
+    return {} if backend is None else backend.options(tol)
 
 
 def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
@@ -168,7 +168,8 @@ def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSoluti
         "second_order": clarabel.SecondOrderConeT,
     }
     options = clarabel.DefaultSettings()
-    options.verbose, options.time_limit = False, settings.seconds_left
+    options.verbose = False
+    options.time_limit = settings.seconds_left
     for name, value in _options("clarabel", settings.tol).items():
         setattr(options, name, value)
     cones = [kinds[kind](size) for kind, size in program.cones]
@@ -184,7 +185,8 @@ def _by_osqp(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
     """Without cones of two components."""
     import osqp
 
-    solver, program = osqp.OSQP(), program.polyhedral()
+    solver = osqp.OSQP()
+    program = program.polyhedral()
     lower = np.where(program.kinds == "zero", program.b, -np.inf)
     options = {
         "verbose": False,
@@ -217,7 +219,9 @@ def _by_scs(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
     sizes: dict[str, list[int]] = {}
     for kind, size in program.cones:
         sizes.setdefault(names[kind], []).append(size)
-    cone = {name: value if name == "q" else sum(value) for name, value in sizes.items()}
+    cone: dict[str, Any] = {name: sum(sizes[name]) for name in ("z", "l") if name in sizes}
+    if "q" in sizes:
+        cone["q"] = sizes["q"]
     options = {
         "verbose": False,
         "time_limit_secs": settings.seconds_left,
@@ -244,31 +248,27 @@ def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSo
     program = program.polyhedral()
     equal = program.kinds == "zero"
     quadratic = program.P + triu(program.P, 1).T
-    parts: list[Any] = [
-        quadratic,
-        program.q,
-        program.A[~equal],
-        program.b[~equal],
-        program.A[equal],
-        program.b[equal],
-    ]
-    form = "toarray" if name in qpsolvers.dense_solvers else "tocsc"
-    parts = [getattr(part, form)() if hasattr(part, form) else part for part in parts]
-    if not equal.any():
-        parts[4:] = [None, None]
-    problem, options = qpsolvers.Problem(*parts), _options(name, settings.tol)
+    matrices = [quadratic, program.A[~equal], program.A[equal]]
+    if name in qpsolvers.dense_solvers:
+        P, G, A = (matrix.toarray() for matrix in matrices)
+    else:
+        P, G, A = (matrix.tocsc() for matrix in matrices)
+    problem = qpsolvers.Problem(P, program.q, G, program.b[~equal])
+    if equal.any():
+        problem = qpsolvers.Problem(P, program.q, G, program.b[~equal], A, program.b[equal])
+    options = _options(name, settings.tol)
+    unsolved_x = np.full(program.q.size, np.nan)
+    unsolved_z = np.full(program.b.size, np.nan)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # solvers that take no keyword say so at every call
         try:
             result = interruptible(lambda: qpsolvers.solve_problem(problem, name, **options))
         # a program it cannot take: quadprog wants P positive definite
         except qpsolvers.QPError as error:
-            nothing = np.full(program.q.size, np.nan), np.full(program.b.size, np.nan)
-            return RawSolution(
-                *program.recover(*nothing), 0, f"{type(error).__name__}: {error}", False
-            )
-    x = np.full(program.q.size, np.nan) if result.x is None else np.asarray(result.x, dtype=float)
-    z = np.full(program.b.size, np.nan)
+            traction, rigid = program.recover(unsolved_x, unsolved_z)
+            return RawSolution(traction, rigid, 0, f"{type(error).__name__}: {error}", False)
+    x = unsolved_x if result.x is None else np.asarray(result.x, dtype=float)
+    z = unsolved_z
     for rows, multipliers in ((equal, result.y), (~equal, result.z)):
         if multipliers is not None and len(multipliers):
             z[rows] = multipliers
@@ -281,9 +281,38 @@ def _by_cvxpy(program: ConicProgram, settings: Settings, name: str) -> RawSoluti
     """Stated in CVXPY's language."""
     from scipy.sparse import triu
 
-    cp, program = imported("cvxpy"), program.polyhedral()
+    cp = imported("cvxpy")
+    program = program.polyhedral()
     x = cp.Variable(program.q.size)
-    slack, constraints = program.b - program.A @ x, []
+    constraints = _cvxpy_constraints(program, x)
+    objective = 0.5 * cp.QuadForm(x, cp.psd_wrap(program.P + triu(program.P, 1).T)) + program.q @ x
+    problem = cp.Problem(cp.Minimize(objective), [constraint for _, constraint in constraints])
+    try:
+        with warnings.catch_warnings():
+            # that an answer may be inaccurate is judged by our own residual
+            warnings.simplefilter("ignore")
+            interruptible(lambda: problem.solve(solver=name, **_options(name, settings.tol)))
+        status = str(problem.status)
+        iterations = problem.solver_stats.num_iters
+    except cp.SolverError as error:
+        status = f"SolverError: {str(error).splitlines()[0]}"
+        iterations = 0
+    z = np.full(program.b.size, np.nan)
+    for rows, constraint in constraints:
+        dual = constraint.dual_value
+        # nobody asks for those of the cones
+        if isinstance(dual, np.ndarray) and dual.size == rows.size:
+            z[rows] = dual.ravel()
+    values = np.full(program.q.size, np.nan) if x.value is None else np.asarray(x.value)
+    traction, rigid = program.recover(values, z)
+    return RawSolution(traction, rigid, int(iterations or 0), status, status == cp.OPTIMAL)
+
+
+def _cvxpy_constraints(program: ConicProgram, x: Any) -> list[tuple[np.ndarray, Any]]:
+    """Constraints of a program's variables in CVXPY's language, with their rows."""
+    cp = imported("cvxpy")
+    slack = program.b - program.A @ x
+    constraints = []
     for kind in ("zero", "nonnegative", "second_order"):
         rows = np.flatnonzero(program.kinds == kind)
         if rows.size == 0:
@@ -296,26 +325,7 @@ def _by_cvxpy(program: ConicProgram, settings: Settings, name: str) -> RawSoluti
             radius, along_x, along_y = (slack[rows[i::3]] for i in range(3))
             constraint = cp.SOC(radius, cp.vstack([along_x, along_y]), axis=0)
         constraints.append((rows, constraint))
-    objective = 0.5 * cp.QuadForm(x, cp.psd_wrap(program.P + triu(program.P, 1).T)) + program.q @ x
-    problem = cp.Problem(cp.Minimize(objective), [constraint for _, constraint in constraints])
-    try:
-        with warnings.catch_warnings():
-            # that an answer may be inaccurate is judged by our own residual
-            warnings.simplefilter("ignore")
-            interruptible(lambda: problem.solve(solver=name, **_options(name, settings.tol)))
-        status, iterations = str(problem.status), problem.solver_stats.num_iters
-    except cp.SolverError as error:
-        status, iterations = f"SolverError: {str(error).splitlines()[0]}", 0
-    z = np.full(program.b.size, np.nan)
-    for rows, constraint in constraints:
-        dual = constraint.dual_value
-        # nobody asks for those of the cones
-        if isinstance(dual, np.ndarray) and dual.size == rows.size:
-            z[rows] = dual.ravel()
-    found = np.full(program.q.size, np.nan) if x.value is None else np.asarray(x.value)
-    return RawSolution(
-        *program.recover(found, z), int(iterations or 0), status, status == cp.OPTIMAL
-    )
+    return constraints
 
 
 INTERFACES: dict[str, Callable[[ConicProgram, Settings, str], RawSolution]] = {

@@ -9,7 +9,7 @@ disk is an interval.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -53,9 +53,12 @@ class ConicProgram:
         below[radii] = 1.0
         turn = diags([below, np.ones(self.b.size), -below], [-1, 0, 1], format="csr")
         cones = [("nonnegative", 2) if cone == ("second_order", 2) else cone for cone in self.cones]
-        A = (turn @ self.A).tocsc()
-        return ConicProgram(
-            self.P, self.q, A, turn @ self.b, cones, lambda x, z: self.recover(x, turn.T @ z)
+        return replace(
+            self,
+            A=(turn @ self.A).tocsc(),
+            b=turn @ self.b,
+            cones=cones,
+            recover=lambda x, z: self.recover(x, turn.T @ z),
         )
 
 
@@ -73,46 +76,66 @@ def normal_program(
     """
     from scipy.sparse import bmat, csc_matrix, identity
 
-    n, force = problem.distance.size, problem.force
-    level, diagonal = float(problem.distance.min()), problem.operator.diagonal
-    if force is None:  # distances count from the approach where it is known
-        assert problem.approach is not None
-        level, displacement = problem.approach, problem.approach - level
-    else:
-        displacement = (
-            float(np.abs(problem.operator.matrix).sum(axis=0).max()) * force / (problem.area * n)
-        )
-    pressure, matrix = displacement / diagonal, problem.operator.matrix / diagonal
+    n = problem.distance.size
+    level, displacement = _distance_units(problem)
+    diagonal = problem.operator.diagonal
+    pressure = displacement / diagonal
+    matrix = problem.operator.matrix / diagonal
     distance = (problem.distance - level) / displacement
-    load = np.array([] if force is None else [force / (problem.area * pressure)])
+    load = np.array([])
+    if problem.force is not None:
+        load = np.array([problem.force / (problem.area * pressure)])
     ones = np.ones((load.size, n))
+    # conditions, by pressures and the unknown approach
     rows: list[list[Any]] = []
     limits: list[np.ndarray] = []
-    cones = []
+    cones: list[tuple[str, int]] = []
     if of_traction and load.size:
-        rows, limits, cones = [[csc_matrix(ones / n), None]], [load / n], [("zero", 1)]
+        rows.append([csc_matrix(ones / n), None])
+        limits.append(load / n)
+        cones.append(("zero", 1))
     if of_shift:
-        rows, limits = [*rows, [csc_matrix(-matrix), csc_matrix(ones.T)]], [*limits, distance]
+        rows.append([csc_matrix(-matrix), csc_matrix(ones.T)])
+        limits.append(distance)
     if of_traction:
-        rows, limits = [*rows, [-identity(n), None]], [*limits, np.zeros(n)]
-    free = load.size * of_shift
+        rows.append([-identity(n), None])
+        limits.append(np.zeros(n))
+    b = np.concatenate(limits)
+    cones.append(("nonnegative", b.size - len(cones)))
+    # objective
+    unknown_approaches = load.size if of_shift else 0
+    cost = distance * (1.0 if of_traction else 0.0)
+    quadratic = matrix
+    if of_traction and of_shift:
+        quadratic = matrix + matrix.T
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         approach = level
-        if load.size:
-            approach += x[n] * displacement if of_shift else -z[0] * displacement / n
-        return np.maximum(x[:n] if of_traction else z, 0.0) * pressure, np.array(
-            [approach], dtype=float
-        )
+        if unknown_approaches:
+            approach += x[n] * displacement
+        elif load.size:
+            approach += -z[0] * displacement / n
+        pressures = np.maximum(x[:n] if of_traction else z, 0.0) * pressure
+        return pressures, np.array([approach], dtype=float)
 
     return ConicProgram(
-        P=_quadratic(matrix + matrix.T if of_traction and of_shift else matrix, np.zeros(free)),
-        q=np.concatenate([distance * of_traction, -load[:free]]),
-        A=bmat([row[: 1 + free] for row in rows], format="csc"),
-        b=np.concatenate(limits),
-        cones=[*cones, ("nonnegative", n * (of_traction + of_shift))],
+        P=_quadratic(quadratic, np.zeros(unknown_approaches)),
+        q=np.concatenate([cost, -load[:unknown_approaches]]),
+        A=bmat([row[: 1 + unknown_approaches] for row in rows], format="csc"),
+        b=b,
+        cones=cones,
         recover=recover,
     )
+
+
+def _distance_units(problem: NormalProblem) -> tuple[float, float]:
+    """Distance from which others count, that of the approach where it is known, and their unit."""
+    lowest = float(problem.distance.min())
+    if problem.force is None:
+        assert problem.approach is not None
+        return problem.approach, problem.approach - lowest
+    largest_sum = float(np.abs(problem.operator.matrix).sum(axis=0).max())
+    return lowest, largest_sum * problem.force / (problem.area * problem.distance.size)
 
 
 def tangential_program(
@@ -133,97 +156,217 @@ def tangential_program(
     the shift its part e comes off, which costs ``threshold t + k t^2/2`` with ``t >= |e|``: the
     least of that and ``g |E - e|`` is the conjugate.
     """
-    from scipy.sparse import bmat, csc_matrix, identity
-
-    n, c, free = problem.size, problem.components, problem.free
-    bound, height = np.tile(problem.bound, c), (1 + c) * n
-    most, carried, scale = (
-        bound.max(),
-        problem.bound.sum(),
-        float(np.abs(problem.rigid_shift).max()),
-    )
-    # part of the shift is unknown: no less than the elastic one by full tractions
-    if free or scale == 0:
-        scale = max(scale, float(np.abs(problem.operator.matrix @ bound).max()))
-    scale = float(4.0 ** np.round(np.log(scale) / np.log(4)))
-    weight, matrix = bound / most, problem.operator.matrix * (bound / scale)
-    quadratic = weight[:, None] * matrix
+    scaled = _ScaledTangential.of(problem)
+    n, c = scaled.shape
+    flow = None if problem.potential.flow is None else _ScaledFlow.of(problem, scaled)
+    # variables: tractions, sizes of shifts, unknown rigid shifts; of a flow see there
+    parts = _Parts(costs=[scaled.known * scaled.weight * (1.0 if of_traction else 0.0)])
+    if of_shift:
+        parts.squares.append(np.zeros(n + len(problem.free)))
+        parts.costs.append(scaled.weight[:n])
+        parts.costs.append(scaled.forces * (scaled.carried / scaled.most))
+        _add_shift_cones(parts, scaled, flow)
+    if of_traction:
+        _add_friction_disks(parts, scaled)
+    if flow is not None and of_traction:
+        flow.add_to_traction(parts)
+    if flow is not None and of_shift:
+        flow.add_to_shift(parts)
+    A = parts.matrix()
+    quadratic = scaled.weight[:, None] * scaled.matrix
+    spare = 0
     if of_traction and of_shift:
         quadratic += quadratic.T
-    known = problem.rigid_shift.ravel() / scale
-    forces = np.array([F for F in problem.force if F is not None]) / (problem.area * carried)
-    radii, vectors = _in_cones(n, c)
-    squares, costs = [], [known * weight * of_traction]
-    rows: list[list[Any]] = []  # by tractions, t, rigid shifts, s, t and e
-    limits: list[np.ndarray] = []
-    cones = [("second_order", 1 + c)] * (n * (of_traction + of_shift))
-    if of_shift:
-        moved = (
-            csc_matrix(vectors @ np.kron(np.eye(c)[:, free], -np.ones((n, 1)))) if free else None
-        )
-        rows, limits = (
-            [[csc_matrix(-(vectors @ matrix)), -radii, moved, None, None, None]],
-            [vectors @ known],
-        )
-        squares, costs = [np.zeros(n + len(free))], [*costs, weight[:n], forces * (carried / most)]
-    if of_traction:
-        rows, limits = [*rows, [-vectors] + [None] * 5], [*limits, radii @ np.ones(n)]
-        if free:
-            sums = csc_matrix(np.kron(np.eye(c)[free], problem.bound / carried))
-            rows, limits, cones = (
-                [*rows, [sums] + [None] * 5],
-                [*limits, forces],
-                [*cones, ("zero", len(free))],
-            )
-    flow = problem.potential.flow
-    if flow is not None:
-        k = flow.hardening
-        y = np.flatnonzero(flow.threshold < problem.bound)
-        m, threshold, own = y.size, flow.threshold[y], problem.bound[y]
-        flowing = identity(c * n, format="csr")[(n * np.arange(c)[:, None] + y).ravel()]
-        own_radii, own_vectors = _in_cones(m, c)
-        cones += [("second_order", 1 + c)] * (m * (of_traction + of_shift))
-        if of_traction:
-            rows.append([-(own_vectors @ flowing), None, None, -own_radii, None, None])
-            squares, costs = [*squares, own**2 / (k * scale * most)], [*costs, np.zeros(m)]
-            limits.append(own_radii @ (threshold / own))
-        if of_shift:
-            rows[0][5] = vectors @ flowing.T
-            rows.append([None, None, None, None, -own_radii, -own_vectors])
-            squares, costs = (
-                [*squares, np.full(m, k * scale / most), np.zeros(c * m)],
-                [*costs, threshold / most],
-            )
-            costs, limits = [*costs, np.zeros(c * m)], [*limits, np.zeros((1 + c) * m)]
-    A = bmat(
-        [[row[j] for j in range(6) if any(r[j] is not None for r in rows)] for row in rows],
-        format="csc",
-    )
-    # Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the
-    # rows with more than
-    # 15 sqrt(size) entries. Up to 500 elements that holds for the tractions (2 c n entries) but not
-    # for the shifts
-    # (c n), and the order it then finds takes two to four times as long as with no row called
-    # dense. Spare variables,
-    # alone in the objective as x^2, enlarge the size and cost nothing.
-    size, spare = 3 * (1 + c) * n, 0
-    if of_traction and of_shift and c * n + 2 < 15 * np.sqrt(size):
-        spare = max(int(((2 * c * n + 16) / 15) ** 2) - size, 0)
+        spare = _spare_variables(n, c)
     A.resize(A.shape[0], A.shape[1] + spare)
+    places = slice((1 + c) * n, (1 + c) * n + len(problem.free))
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        shifts, places = np.zeros(c), slice(height, height + len(free))
-        shifts[free] = x[places] * scale if of_shift else z[places] * (scale * most / carried)
+        shifts = np.zeros(c)
+        if of_shift:
+            shifts[problem.free] = x[places] * scaled.shift
+        else:
+            shifts[problem.free] = z[places] * (scaled.shift * scaled.most / scaled.carried)
         return x[: c * n].reshape(c, n) * problem.bound, shifts
 
     return ConicProgram(
-        P=_quadratic(quadratic, *squares, np.ones(spare)),
-        q=np.concatenate([*costs, np.zeros(spare)]),
+        P=_quadratic(quadratic, *parts.squares, np.ones(spare)),
+        q=np.concatenate([*parts.costs, np.zeros(spare)]),
         A=A,
-        b=np.concatenate(limits),
-        cones=cones,
+        b=np.concatenate(parts.limits),
+        cones=parts.cones,
         recover=recover,
     )
+
+
+@dataclass(eq=False)
+class _Parts:
+    """A program as it grows: rows with their limits and cones, diagonals and costs of variables."""
+
+    costs: list[np.ndarray]
+    squares: list[np.ndarray] = field(default_factory=list)
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    limits: list[np.ndarray] = field(default_factory=list)
+    cones: list[tuple[str, int]] = field(default_factory=list)
+
+    COLUMNS = ("traction", "shift_size", "rigid", "excess", "flow_size", "flow")
+
+    def add(self, cones: list[tuple[str, int]], limits: np.ndarray, **blocks: Any) -> None:
+        """Rows from their blocks by the names of `COLUMNS`."""
+        self.rows.append(blocks)
+        self.limits.append(limits)
+        self.cones += cones
+
+    def matrix(self) -> Any:
+        from scipy.sparse import bmat
+
+        columns = [name for name in self.COLUMNS if any(name in row for row in self.rows)]
+        return bmat([[row.get(name) for name in columns] for row in self.rows], format="csc")
+
+
+@dataclass(frozen=True, eq=False)
+class _ScaledTangential:
+    """A tangential problem in the units of its program.
+
+    Tractions are divided by their own bound: `weight` (c n,) is the bound by the largest, `matrix`
+    gives shifts by tractions; `known` is the rigid shift, `forces` the prescribed sums.
+    """
+
+    shape: tuple[int, int]  # elements and components, (n, c)
+    free: list[int]
+    share: np.ndarray  # of the force that friction can carry, by element
+    most: float  # largest bound
+    carried: float  # sum of the bounds
+    shift: float  # unit of shifts
+    weight: np.ndarray
+    matrix: np.ndarray
+    known: np.ndarray
+    forces: np.ndarray
+
+    @classmethod
+    def of(cls, problem: TangentialProblem) -> _ScaledTangential:
+        bound = np.tile(problem.bound, problem.components)
+        carried = problem.bound.sum()
+        shift = float(np.abs(problem.rigid_shift).max())
+        # part of the shift is unknown: no less than the elastic one by full tractions
+        if problem.free or shift == 0:
+            shift = max(shift, float(np.abs(problem.operator.matrix @ bound).max()))
+        shift = float(4.0 ** np.round(np.log(shift) / np.log(4)))
+        forces = np.array([F for F in problem.force if F is not None])
+        return cls(
+            shape=(problem.size, problem.components),
+            free=problem.free,
+            share=problem.bound / carried,
+            most=bound.max(),
+            carried=carried,
+            shift=shift,
+            weight=bound / bound.max(),
+            matrix=problem.operator.matrix * (bound / shift),
+            known=problem.rigid_shift.ravel() / shift,
+            forces=forces / (problem.area * carried),
+        )
+
+
+def _add_shift_cones(parts: _Parts, scaled: _ScaledTangential, flow: _ScaledFlow | None) -> None:
+    """Sizes of shifts are no less than the shifts, less what flows."""
+    from scipy.sparse import csc_matrix
+
+    n, c = scaled.shape
+    radii, vectors = _in_cones(n, c)
+    blocks = {"traction": csc_matrix(-(vectors @ scaled.matrix)), "shift_size": -radii}
+    if scaled.free:
+        uniform = np.kron(np.eye(c)[:, scaled.free], -np.ones((n, 1)))
+        blocks["rigid"] = csc_matrix(vectors @ uniform)
+    if flow is not None:
+        blocks["flow"] = vectors @ flow.flowing.T
+    parts.add([("second_order", 1 + c)] * n, vectors @ scaled.known, **blocks)
+
+
+def _add_friction_disks(parts: _Parts, scaled: _ScaledTangential) -> None:
+    """Tractions are within their bound, and have the prescribed sums."""
+    from scipy.sparse import csc_matrix
+
+    n, c = scaled.shape
+    radii, vectors = _in_cones(n, c)
+    parts.add([("second_order", 1 + c)] * n, radii @ np.ones(n), traction=-vectors)
+    if scaled.free:
+        sums = csc_matrix(np.kron(np.eye(c)[scaled.free], scaled.share))
+        parts.add([("zero", len(scaled.free))], scaled.forces, traction=sums)
+
+
+@dataclass(frozen=True, eq=False)
+class _ScaledFlow:
+    """A flow within the bound, in the units of a program, on the elements that it can reach."""
+
+    components: int
+    threshold: np.ndarray
+    bound: np.ndarray
+    hardening: float
+    most: float  # units of tractions and of shifts
+    shift: float
+    flowing: Any  # matrix that picks the components of these elements, (c m, c n)
+
+    @classmethod
+    def of(cls, problem: TangentialProblem, scaled: _ScaledTangential) -> _ScaledFlow:
+        from scipy.sparse import identity
+
+        flow = problem.potential.flow
+        assert flow is not None
+        n, c = scaled.shape
+        y = np.flatnonzero(flow.threshold < problem.bound)
+        picked = (n * np.arange(c)[:, None] + y).ravel()
+        return cls(
+            components=c,
+            threshold=flow.threshold[y],
+            bound=problem.bound[y],
+            hardening=flow.hardening,
+            most=scaled.most,
+            shift=scaled.shift,
+            flowing=identity(c * n, format="csr")[picked],
+        )
+
+    def add_to_traction(self, parts: _Parts) -> None:
+        """Tractions beyond the threshold cost the square of their excess."""
+        m = self.bound.size
+        radii, vectors = _in_cones(m, self.components)
+        parts.squares.append(self.bound**2 / (self.hardening * self.shift * self.most))
+        parts.costs.append(np.zeros(m))
+        parts.add(
+            [("second_order", 1 + self.components)] * m,
+            radii @ (self.threshold / self.bound),
+            traction=-(vectors @ self.flowing),
+            excess=-radii,
+        )
+
+    def add_to_shift(self, parts: _Parts) -> None:
+        """Parts of the shift that flow cost the threshold and, as they harden, their square."""
+        m = self.bound.size
+        c = self.components
+        radii, vectors = _in_cones(m, c)
+        parts.squares.append(np.full(m, self.hardening * self.shift / self.most))
+        parts.squares.append(np.zeros(c * m))
+        parts.costs.append(self.threshold / self.most)
+        parts.costs.append(np.zeros(c * m))
+        parts.add(
+            [("second_order", 1 + c)] * m,
+            np.zeros((1 + c) * m),
+            flow_size=-radii,
+            flow=-vectors,
+        )
+
+
+def _spare_variables(n: int, c: int) -> int:
+    """Number of variables, alone in the objective as x^2, that shorten Clarabel's factorisation.
+
+    Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the rows
+    with more than 15 sqrt(size) entries. Up to 500 elements that holds for the tractions (2 c n
+    entries) but not for the shifts (c n), and the order it then finds takes two to four times as
+    long as with no row called dense. Spare variables enlarge the size and cost nothing.
+    """
+    size = 3 * (1 + c) * n
+    if c * n + 2 >= 15 * np.sqrt(size):
+        return 0
+    return max(int(((2 * c * n + 16) / 15) ** 2) - size, 0)
 
 
 def _quadratic(matrix: np.ndarray, *diagonals: np.ndarray) -> Any:

@@ -26,7 +26,7 @@ from varcontact.solvers.newton.kernel import kernel, unit
 from varcontact.solvers.newton.normal import NormalConditions
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
 
-MOST_STEPS = 60
+MAX_STEPS = 60
 """Newton steps: problems that take more are left to alternating solves."""
 
 
@@ -51,8 +51,8 @@ class CoupledProblem:
 
     def shift(self, traction: np.ndarray) -> np.ndarray:
         """The shifts E (1 + c, ny, nx) without the unknown rigid ones, in double precision."""
-        known = (self.distance - (self.approach or 0.0))[None], self.rigid_shift
-        return self.operator.apply(traction) + np.concatenate(known)
+        distance = self.distance - (self.approach or 0.0)
+        return self.operator.apply(traction) + np.concatenate([distance[None], self.rigid_shift])
 
 
 def newton_coupled(
@@ -71,7 +71,7 @@ def newton_coupled(
     scaled = ScaledCoupled.of(problem, start, residual)
     rigid = np.reshape(start.rigid, (-1, 1, 1)) / scaled.displacement
     at = point(scaled.conditions, start.traction / scaled.load, rigid)
-    return solve_from(scaled, at, settings.tol, settings, MOST_STEPS)
+    return solve_from(scaled, at, settings.tol, settings, MAX_STEPS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +86,8 @@ class CoupledConditions(Conditions):
         return replace(self.tangential, bound=self.friction * np.maximum(pressure, 0.0))
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
-        return np.concatenate(
-            [np.maximum(trial[:1], 0.0), self.under(trial[0]).projected(trial[1:])]
-        )
+        pressure = np.maximum(trial[:1], 0.0)
+        return np.concatenate([pressure, self.under(trial[0]).projected(trial[1:])])
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
         """Pressures, positive only where the natural map has contact, and tractions within their
@@ -126,10 +125,10 @@ class CoupledSystem(System):
     tied: np.ndarray
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
-        tangential = (
-            self.tangential.rows(image[1:], step[1:]) + self.apart * step[1:] - self.tied * step[0]
-        )
-        return np.concatenate([self.normal.rows(image[:1], step[:1]), tangential])
+        normal = self.normal.rows(image[:1], step[:1])
+        tangential = self.tangential.rows(image[1:], step[1:])
+        tangential = tangential + self.apart * step[1:] - self.tied * step[0]
+        return np.concatenate([normal, tangential])
 
     def border(self, component: int) -> np.ndarray:
         border = np.zeros(self.right.shape, np.float32)
@@ -140,12 +139,10 @@ class CoupledSystem(System):
         return border
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
-        """Pressures first."""
+        """Step of the pressures, then that of the tractions under them."""
         pressure = self.normal.precondition(right[:1])
-        tractions = right[1:] + self.tied * pressure[0]
-        tangential = (
-            self.tangential.precondition((1 - self.apart) * tractions) + self.apart * tractions
-        )
+        right = right[1:] + self.tied * pressure[0]
+        tangential = self.tangential.precondition((1 - self.apart) * right) + self.apart * right
         return np.concatenate([pressure, tangential])
 
 
@@ -164,35 +161,44 @@ class ScaledCoupled(Problem[CoupledConditions]):
     def of(
         cls, problem: CoupledProblem, start: RawSolution, residual: Callable[[RawSolution], float]
     ) -> ScaledCoupled:
-        """The units are the largest pressure, and the largest traction bound, of a start."""
-        shape, weight = problem.distance.shape, 1 / np.sqrt(problem.distance.size)
-        load = np.full(
-            (len(start.traction), 1, 1), float((problem.friction * start.traction[0]).max())
-        )
+        """The problem divided by the largest pressure, and the largest traction bound, of a start."""
+        shape = problem.distance.shape
+        # units of the fields
+        bound = float((problem.friction * start.traction[0]).max())
+        load = np.full((len(start.traction), 1, 1), bound)
         load[0] = float(start.traction[0].max())
         units = np.full(load.shape, unit(problem.blocks[1]))
         units[0] = unit(problem.blocks[0])
-        displacement, part = units * load, float(load[-1, 0, 0] / load[0, 0, 0])
-        fields = problem.distance[None] - (problem.approach or 0.0), problem.rigid_shift
-        known, within = np.concatenate(fields) / displacement, np.ones(shape)
+        displacement = units * load
+        friction_unit = float(load[-1, 0, 0] / load[0, 0, 0])
+        distance = problem.distance[None] - (problem.approach or 0.0)
+        known = np.concatenate([distance, problem.rigid_shift]) / displacement
+        # prescribed forces: of all fields, of the pressures, of the tractions
+        weight = 1 / np.sqrt(problem.distance.size)
         free = [i for i, force in enumerate(problem.force) if force is not None]
         sums = np.array([(problem.force[i] or 0.0) / (problem.area * load[i, 0, 0]) for i in free])
-        shares = None if problem.along_normal is None else problem.along_normal * load / load[0]
-        split, normal, tangential = (
-            int(0 in free),
-            *(kernel(block, shape) for block in problem.blocks),
-        )
+        shares = problem.along_normal
+        if shares is not None:
+            shares = shares * load / load[0]
+        split = 1 if 0 in free else 0
         normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
+        # the two problems
+        normal_kernel = kernel(problem.blocks[0], shape)
+        tangential_kernel = kernel(problem.blocks[1], shape)
+        normal = NormalConditions(
+            normal_kernel, known[:1], normal_forces, np.ones(shape), normal_kernel
+        )
+        tangential = TangentialConditions(
+            tangential_kernel, known[1:], tangential_forces, np.zeros(shape), tangential_kernel
+        )
         conditions = CoupledConditions(
-            CoupledKernel(problem.operator, units.astype(np.float32), part),
-            known,
-            Forces(tuple(free), sums, weight, shares=shares),
-            NormalConditions(normal, known[:1], normal_forces, within, normal),
-            TangentialConditions(
-                tangential, known[1:], tangential_forces, within * 0.0, tangential
-            ),
-            problem.friction / part,
+            kernel=CoupledKernel(problem.operator, units.astype(np.float32), friction_unit),
+            known=known,
+            forces=Forces(tuple(free), sums, weight, shares=shares),
+            normal=normal,
+            tangential=tangential,
+            friction=problem.friction / friction_unit,
         )
         return cls(conditions, problem, load, displacement, residual)
 

@@ -16,7 +16,7 @@ STEP_PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 
 @dataclass(frozen=True, eq=False)
 class Conditions(ABC):
-    """A contact problem on a box, dimensionless, as Newton's method sees it. Fields are (c, ny, nx)."""
+    """A dimensionless contact problem on a box for Newton's method; fields are (c, ny, nx)."""
 
     kernel: Product
     known: np.ndarray

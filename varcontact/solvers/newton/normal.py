@@ -26,9 +26,8 @@ from varcontact.solvers.newton.tangential import TangentialSystem
 def newton_normal(
     problem: NormalProblem, settings: Settings, start: RawSolution | None = None
 ) -> RawSolution:
-    apart = RawSolution(
-        np.zeros_like(problem.distance), np.array([problem.approach or 0.0]), 0, "Solved"
-    )
+    approach = np.array([problem.approach or 0.0])
+    apart = RawSolution(np.zeros_like(problem.distance), approach, 0, "Solved")
     if not np.isfinite(problem.distance).all():
         return replace(apart, status="NotANumber", solved=False)
     scaled = ScaledNormal.of(problem)
@@ -38,9 +37,11 @@ def newton_normal(
 
 
 def _active_sets(problem: NormalProblem, settings: Settings, near: RawSolution) -> RawSolution:
-    """NORM from what Newton's method has; one element at a time where that cycles."""
+    """NORM from the pressures of Newton's method; one element at a time where that cycles."""
     raw = norm(problem, near, deadline=settings.deadline)
-    return raw if raw.solved else norm(problem, exchange="one", deadline=settings.deadline)
+    if raw.solved:
+        return raw
+    return norm(problem, exchange="one", deadline=settings.deadline)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,15 +66,19 @@ class NormalConditions(GridConditions):
     def linearised(
         self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray
     ) -> TangentialSystem:
-        """As of tractions that stick in contact, and elsewhere slip without a bound."""
+        """Equations of tractions that stick in contact, and elsewhere slip without a bound."""
         contact = (trial > 0) & self.contact
-        right = np.where(contact, -shift, -traction)
         return TangentialSystem(
-            right, self, contact[0], 1.0 * ~contact, np.zeros(trial.shape), np.ones(trial[0].shape)
+            right=np.where(contact, -shift, -traction),
+            conditions=self,
+            stick=contact[0],
+            along=1.0 * ~contact,
+            across=np.zeros(trial.shape),
+            held=np.ones(trial[0].shape),
         )
 
     def first(self) -> Point:
-        """Without pressures; where a force is given, so near that all elements overlap."""
+        """No pressures; where a force is prescribed, so near that all elements overlap."""
         level = -self.known.max() - 1 if self.forces.components else 0.0
         return point(self, np.zeros_like(self.known), np.full((1, 1, 1), level))
 
@@ -86,7 +91,7 @@ class ScaledNormal(GridProblem[NormalConditions]):
 
     @classmethod
     def of(cls, problem: NormalProblem) -> ScaledNormal | None:
-        """None where nothing touches."""
+        """The problem divided by its units; None where nothing touches."""
         size = problem.distance.size
         if size == 0:
             return None
@@ -98,23 +103,27 @@ class ScaledNormal(GridProblem[NormalConditions]):
             load = (problem.approach - float(problem.distance.min())) / own
         if load <= 0:
             return None
-        box, displacement = Box.around(problem.operator), own * load
+        box = Box.around(problem.operator)
+        displacement = own * load
         known = box.field((problem.distance[None] - (problem.approach or 0.0)) / displacement)
-        sums = np.array([] if problem.force is None else [problem.force / (problem.area * load)])
-        forces = Forces((0,) if sums.size else (), sums, 1 / np.sqrt(size))
+        forces = Forces((), np.array([]), 1 / np.sqrt(size))
+        if problem.force is not None:
+            sums = np.array([problem.force / (problem.area * load)])
+            forces = replace(forces, components=(0,), sums=sums)
         product, plain = product_and_plain(problem.operator, box.shape)
         conditions = NormalConditions(product, known, forces, box.field(np.ones(size)), plain)
         return cls(conditions, problem, box, load, displacement, sign=-1.0)
 
     def error(self, at: Point) -> float:
         pressure, approach = self.physical(at.traction, at.rigid)
-        elastic = (
-            self.box.values(at.shift)[0] * self.displacement - self.problem.distance + approach[0]
-        )
+        shift = self.box.values(at.shift)[0] * self.displacement
+        elastic = shift - self.problem.distance + approach[0]
         residual = normal_residual(self.problem, pressure, approach, elastic)
-        return max(residual, normal_gap(self.problem, pressure, approach, elastic)[1])
+        _, relative_gap = normal_gap(self.problem, pressure, approach, elastic)
+        return max(residual, relative_gap)
 
     def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         pressure, approach = super().physical(traction, rigid)
-        given = self.problem.approach
-        return pressure[0], approach if given is None else np.array([given])
+        if self.problem.approach is not None:
+            approach = np.array([self.problem.approach])
+        return pressure[0], approach

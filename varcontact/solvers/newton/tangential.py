@@ -27,16 +27,16 @@ from varcontact.solvers.newton.kernel import SoftenedKernel, product_and_plain, 
 from varcontact.system.process import lazy_property
 
 QUANTILE = 0.6
-"""Of slip divided by the traction bound, in the slip area: the shift of its inverse."""
+"""Quantile of slip divided by the traction bound, in the slip area: the shift of its inverse."""
 LEAST_SHIFT = 0.1
 """Least such shift."""
-STEEP = 1e8
+SLOPE_MAX = 1e8
 """Slip divided by the traction bound that no larger one differs from."""
 NEARLY_STICK = 1e-3
 """Slip divided by the bound below which the preconditioner treats an element as one that sticks."""
 
 ACTIVE_SETS: TangentialSolver = counted(
-    "tang-safeguarded", lambda problem, settings, near: tang_safeguarded(problem, settings=settings)
+    "tang-safeguarded", lambda problem, settings, _: tang_safeguarded(problem, settings=settings)
 )
 """The safeguarded TANG, from its own start."""
 
@@ -78,9 +78,10 @@ class TangentialConditions(GridConditions):
         """The potential under trial tractions (c, ny, nx), which may raise the threshold of its
         flow.
         """
-        return Potential(
-            self.bound, None if self.flow is None else self.flow.under(trial, self.bound)
-        )
+        flow = self.flow
+        if flow is not None:
+            flow = flow.under(trial, self.bound)
+        return Potential(self.bound, flow)
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
         return self.potential(trial).projected(trial, 1.0)
@@ -91,13 +92,16 @@ class TangentialConditions(GridConditions):
     def linearised(
         self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray
     ) -> TangentialSystem:
+        # areas, and directions along and across the trial tractions where it slips
         size = magnitude(trial)
         potential = self.potential(trial)
         slip = self.contact & potential.slips(trial, 1.0)
         stick = self.contact & ~slip
         along = np.where(slip, trial / np.where(slip, size, 1.0), 0.0)
         across = np.array([-along[1], along[0]]) if len(along) == 2 else np.zeros_like(along)
-        held = np.where(slip, np.maximum(self.bound / np.where(slip, size, 1.0), 1 / STEEP), 1.0)
+        held = np.where(
+            slip, np.maximum(self.bound / np.where(slip, size, 1.0), 1 / SLOPE_MAX), 1.0
+        )
         with np.errstate(invalid="ignore"):  # inf * 0
             outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
         right = np.where(stick, -shift, outward * along - dot(across, traction) * across)
@@ -107,11 +111,13 @@ class TangentialConditions(GridConditions):
         # what flows where it sticks, linearised at the image of the trial tractions
         image = potential.projected(trial, 1.0)
         direction = trial / np.where(size > 0, size, 1.0)
-        stiff, turning = (stick * each for each in flow.tangent(image))
-        grows = magnitude(image) > flow.threshold
-        fields = stiff, turning, direction, grows
+        flow_along, flow_across = flow.tangent(image)
         derivative = FlowDerivative(
-            self.flow.columns, *(each.astype(np.float32) for each in fields)
+            self.flow.columns,
+            (stick * flow_along).astype(np.float32),
+            (stick * flow_across).astype(np.float32),
+            direction.astype(np.float32),
+            (magnitude(image) > flow.threshold).astype(np.float32),
         )
         flowed = stick * flow.shift(image) + derivative(traction - image)
         return TangentialSystem(right - flowed, self, stick, along, across, held, derivative)
@@ -158,8 +164,8 @@ class TangentialSystem(System):
         stick, along, across, held = self._single
         inverses, weights, unweights = self._blend
         free = stick * right + (dot(across, right) / held) * across
-        found = self.conditions.plain.circulant.apply(inverses, free[:, None] * weights)
-        step = dot(found.swapaxes(0, 1), unweights[:, None])
+        parts = self.conditions.plain.circulant.apply(inverses, free[:, None] * weights)
+        step = dot(parts.swapaxes(0, 1), unweights[:, None])
         return stick * step + dot(across, step) * across + dot(along, right) * along
 
     @lazy_property
@@ -167,10 +173,11 @@ class TangentialSystem(System):
         """Inverses (m, k, ...), and the weights (k, ny, nx) of the fields they are applied to and
         of the results.
         """
-        contact, circulant = self.conditions.contact, self.conditions.plain.circulant
+        contact = self.conditions.contact
+        circulant = self.conditions.plain.circulant
         slope = 1 / self.held - 1
         if self.flows is not None:
-            slope = slope + np.minimum((self.flows.along + self.flows.across) / 2, STEEP)
+            slope = slope + np.minimum((self.flows.along + self.flows.across) / 2, SLOPE_MAX)
         slip = slope > 0
         if not slip.any():
             weights = contact.astype(np.float32)[None]
@@ -194,38 +201,45 @@ class ScaledTangential(GridProblem[TangentialConditions]):
 
     @classmethod
     def of(cls, problem: TangentialProblem) -> ScaledTangential | None:
-        """None where nothing moves, and no traction arises."""
+        """The problem divided by its units; None where nothing moves, and no traction arises."""
         if problem.size == 0:
             return None
         own = unit(problem.operator.grid_operator)
-        means = [abs(F) / (problem.area * problem.size) for F in problem.force if F is not None]
+        forces = [F for F in problem.force if F is not None]
+        means = [abs(F) / (problem.area * problem.size) for F in forces]
         moved = max(float(np.abs(problem.rigid_shift).max()) / own, *means, 0.0)
         if moved == 0:
             return None
         load = min(moved, float(problem.bound.max()))
-        box, displacement, softening = (
-            Box.around(problem.operator),
-            own * load,
-            problem.operator.softening,
-        )
+        displacement = own * load
+        box = Box.around(problem.operator)
+        # the operator, with softened edges
+        softening = problem.operator.softening
         product, plain = product_and_plain(problem.operator, box.shape)
         scale: np.ndarray | float = 1.0
         if softening is not None:
             product = SoftenedKernel(product, (box.field(softening) / own).astype(np.float32))
             scale = product.scale.astype(float)
-        sums = np.array([F for F in problem.force if F is not None]) / (problem.area * load)
+        # a flow within the bound
         flow = problem.potential.flow
         if flow is not None:
-            threshold = np.where(
-                box.field(problem.bound) > 0, box.field(flow.threshold) / load, np.inf
-            )
-            flow = replace(
-                flow, threshold=threshold, hardening=flow.hardening * displacement / load
-            )
-        known = box.field(problem.rigid_shift) / displacement * scale
-        forces = Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size), scale)
-        bound = box.field(problem.bound) / load / scale
-        conditions = TangentialConditions(product, known, forces, bound, plain, flow)
+            contact = box.field(problem.bound) > 0
+            threshold = np.where(contact, box.field(flow.threshold) / load, np.inf)
+            hardening = flow.hardening * displacement / load
+            flow = replace(flow, threshold=threshold, hardening=hardening)
+        conditions = TangentialConditions(
+            kernel=product,
+            known=box.field(problem.rigid_shift) / displacement * scale,
+            forces=Forces(
+                components=tuple(problem.free),
+                sums=np.array(forces) / (problem.area * load),
+                weight=1 / np.sqrt(problem.size),
+                scale=scale,
+            ),
+            bound=box.field(problem.bound) / load / scale,
+            plain=plain,
+            flow=flow,
+        )
         return cls(conditions, problem, box, load, displacement)
 
     def error(self, at: Point) -> float:
