@@ -74,11 +74,9 @@ def solve_batch(
         return whole
     problem = problem.within(*inside)
     out = whole.within(*inside)
-    if start is None:
-        traction, rigid = _first_guess(problem)
-    else:
-        traction = project(start[0][:, *inside], problem.bound)
-        rigid = start[1]
+    if start is not None:
+        start = start[0][:, *inside], start[1]
+    traction, rigid = _first_guess(problem, start)
     ny, nx, n = problem.bound.shape
     method = Method(problem, transforms(ny, nx, problem.steps_ahead))
     places = max(1, min(n, POOL // (ny * nx)))
@@ -112,8 +110,14 @@ def solve_batch(
     return whole
 
 
-def _first_guess(problem: BatchedProblem) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and rigid shifts from elements twice as large; zero on few elements."""
+def _first_guess(
+    problem: BatchedProblem, start: tuple[np.ndarray, np.ndarray] | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tractions and rigid shifts of the start or from elements twice as large; zero on few
+    elements.
+    """
+    if start is not None:
+        return project(start[0], problem.bound), start[1]
     ny, nx, n = problem.bound.shape
     if nx < 2 * COARSE_SIDE_MIN or not (problem.line or ny >= 2 * COARSE_SIDE_MIN):
         return np.zeros(problem.rigid_shift.shape), np.zeros((2, n))

@@ -62,6 +62,31 @@ class ConicProgram:
         )
 
 
+@dataclass(eq=False)
+class _Parts:
+    """A program as it grows: rows with their limits and cones, diagonals and costs of variables."""
+
+    costs: list[np.ndarray] = field(default_factory=list)
+    squares: list[np.ndarray] = field(default_factory=list)
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    limits: list[np.ndarray] = field(default_factory=list)
+    cones: list[tuple[str, int]] = field(default_factory=list)
+
+    COLUMNS = ("traction", "shift_size", "rigid", "excess", "flow_size", "flow")
+
+    def add(self, cones: list[tuple[str, int]], limits: np.ndarray, **blocks: Any) -> None:
+        """Rows from their blocks by the names of `COLUMNS`."""
+        self.rows.append(blocks)
+        self.limits.append(limits)
+        self.cones += cones
+
+    def matrix(self) -> Any:
+        from scipy.sparse import bmat
+
+        columns = [name for name in self.COLUMNS if any(name in row for row in self.rows)]
+        return bmat([[row.get(name) for name in columns] for row in self.rows], format="csc")
+
+
 def normal_program(
     problem: NormalProblem, of_traction: bool = True, of_shift: bool = False
 ) -> ConicProgram:
@@ -74,7 +99,7 @@ def normal_program(
     Of both, also where A is not symmetric: ``min p'(h + A p - d)``, with both conditions, 0 at its
     end.
     """
-    from scipy.sparse import bmat, csc_matrix, identity
+    from scipy.sparse import bmat
 
     n = problem.distance.size
     level, displacement = _distance_units(problem)
@@ -85,24 +110,7 @@ def normal_program(
     load = np.array([])
     if problem.force is not None:
         load = np.array([problem.force / (problem.area * pressure)])
-    ones = np.ones((load.size, n))
-    # conditions, by pressures and the unknown approach
-    rows: list[list[Any]] = []
-    limits: list[np.ndarray] = []
-    cones: list[tuple[str, int]] = []
-    if of_traction and load.size:
-        rows.append([csc_matrix(ones / n), None])
-        limits.append(load / n)
-        cones.append(("zero", 1))
-    if of_shift:
-        rows.append([csc_matrix(-matrix), csc_matrix(ones.T)])
-        limits.append(distance)
-    if of_traction:
-        rows.append([-identity(n), None])
-        limits.append(np.zeros(n))
-    b = np.concatenate(limits)
-    cones.append(("nonnegative", b.size - len(cones)))
-    # objective
+    parts = _normal_conditions(distance, matrix, load, of_traction, of_shift)
     unknown_approaches = load.size if of_shift else 0
     cost = distance * (1.0 if of_traction else 0.0)
     quadratic = matrix
@@ -121,11 +129,33 @@ def normal_program(
     return ConicProgram(
         P=_quadratic(quadratic, np.zeros(unknown_approaches)),
         q=np.concatenate([cost, -load[:unknown_approaches]]),
-        A=bmat([row[: 1 + unknown_approaches] for row in rows], format="csc"),
-        b=b,
-        cones=cones,
+        A=parts.matrix(),
+        b=np.concatenate(parts.limits),
+        cones=parts.cones,
         recover=recover,
     )
+
+
+def _normal_conditions(
+    distance: np.ndarray, matrix: np.ndarray, load: np.ndarray, of_traction: bool, of_shift: bool
+) -> _Parts:
+    """Rows of the normal program, by pressures and the unknown approach."""
+    from scipy.sparse import csc_matrix, identity
+
+    n = distance.size
+    parts = _Parts()
+    if of_traction and load.size:
+        parts.add([("zero", 1)], load / n, traction=csc_matrix(np.ones((1, n)) / n))
+    if of_shift and load.size:
+        approach = csc_matrix(np.ones((n, 1)))
+        parts.add([], distance, traction=csc_matrix(-matrix), rigid=approach)
+    elif of_shift:
+        parts.add([], distance, traction=csc_matrix(-matrix))
+    if of_traction:
+        parts.add([], np.zeros(n), traction=-identity(n))
+    inequalities = sum(limits.size for limits in parts.limits) - len(parts.cones)
+    parts.cones.append(("nonnegative", inequalities))
+    return parts
 
 
 def _distance_units(problem: NormalProblem) -> tuple[float, float]:
@@ -197,31 +227,6 @@ def tangential_program(
         cones=parts.cones,
         recover=recover,
     )
-
-
-@dataclass(eq=False)
-class _Parts:
-    """A program as it grows: rows with their limits and cones, diagonals and costs of variables."""
-
-    costs: list[np.ndarray]
-    squares: list[np.ndarray] = field(default_factory=list)
-    rows: list[dict[str, Any]] = field(default_factory=list)
-    limits: list[np.ndarray] = field(default_factory=list)
-    cones: list[tuple[str, int]] = field(default_factory=list)
-
-    COLUMNS = ("traction", "shift_size", "rigid", "excess", "flow_size", "flow")
-
-    def add(self, cones: list[tuple[str, int]], limits: np.ndarray, **blocks: Any) -> None:
-        """Rows from their blocks by the names of `COLUMNS`."""
-        self.rows.append(blocks)
-        self.limits.append(limits)
-        self.cones += cones
-
-    def matrix(self) -> Any:
-        from scipy.sparse import bmat
-
-        columns = [name for name in self.COLUMNS if any(name in row for row in self.rows)]
-        return bmat([[row.get(name) for name in columns] for row in self.rows], format="csc")
 
 
 @dataclass(frozen=True, eq=False)

@@ -161,7 +161,7 @@ class ScaledCoupled(Problem[CoupledConditions]):
     def of(
         cls, problem: CoupledProblem, start: RawSolution, residual: Callable[[RawSolution], float]
     ) -> ScaledCoupled:
-        """The problem divided by the largest pressure, and the largest traction bound, of a start."""
+        """The problem divided by the largest pressure, and the largest bound, of a start."""
         shape = problem.distance.shape
         # units of the fields
         bound = float((problem.friction * start.traction[0]).max())

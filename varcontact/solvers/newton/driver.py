@@ -247,8 +247,7 @@ def newton(
     """
     goal = tol
     forces = conditions.forces
-    if forces.components and not conditions.linear and np.isfinite(at.shift).all():
-        at = balanced(conditions, at)
+    at = balanced(conditions, at)
     now = measured(conditions, at)
     best = at
     least = np.inf
@@ -257,9 +256,8 @@ def newton(
     room = room_for(at.traction.size, forces)
     for count in range(max_steps):
         check_time(settings.deadline)
-        # the shift anew in double precision, where rounding counts
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
-            at = replace(at, shift=finest.shift(at.traction, at.rigid), noise=NOISE_DOUBLE)
+            at = _in_double_precision(at, finest)
             now = measured(conditions, at)
         if not np.isfinite(now.merit):
             return best, "NotANumber", count

@@ -61,11 +61,13 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def balanced(conditions: Conditions, at: Point) -> Point:
     """The point with the rigid shifts at which the tractions of its natural map have the prescribed
-    forces.
+    forces; unchanged where there are none.
     """
     from scipy.optimize import root
 
     forces = conditions.forces
+    if not forces.components or conditions.linear or not np.isfinite(at.shift).all():
+        return at
     trial = at.traction - at.shift
     components = len(at.traction)
 
