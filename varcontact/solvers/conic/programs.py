@@ -99,8 +99,6 @@ def normal_program(
     Of both, also where A is not symmetric: ``min p'(h + A p - d)``, with both conditions, 0 at its
     end.
     """
-    from scipy.sparse import bmat
-
     n = problem.distance.size
     level, displacement = _distance_units(problem)
     diagonal = problem.operator.diagonal

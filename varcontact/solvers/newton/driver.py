@@ -311,12 +311,15 @@ def _gcr_tol(residual: float, previous_residual: float, goal: float, linear: boo
 
 def _admissible(conditions: Conditions, at: Point, finest: Problem[C] | None) -> Point:
     """Admissible tractions, on the finest grid with their shift in double precision."""
-    traction = conditions.admissible(at.traction, at.traction - at.shift)
+    at = replace(at, traction=conditions.admissible(at.traction, at.traction - at.shift))
     if finest is None:
-        return replace(at, traction=traction)
-    return replace(
-        at, traction=traction, shift=finest.shift(traction, at.rigid), noise=NOISE_DOUBLE
-    )
+        return at
+    return _in_double_precision(at, finest)
+
+
+def _in_double_precision(at: Point, finest: Problem[C]) -> Point:
+    """The point with its shift anew."""
+    return replace(at, shift=finest.shift(at.traction, at.rigid), noise=NOISE_DOUBLE)
 
 
 def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Point:
