@@ -37,8 +37,8 @@ TURNED = np.array([[0, 0, 0], [0, 1, 1j], [0, -1j, 1]]) / 2
 """Rotations about x by an angle t are ``diag(1, 0, 0)`` and twice the real part of ``exp(i t)``
 times this."""
 
-SIGNS = np.array([1, 1, -1, 1, -1]).reshape(5, 1, 1, 1, 1)
-"""Of harmonics, where the angle is."""
+TRANSPOSE_SIGNS = np.array([1, 1, -1, 1, -1]).reshape(5, 1, 1, 1, 1)
+"""Signs of the harmonics where field and loaded element change places: the angle is reversed."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,8 @@ class Conformal:
         self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
     ) -> GridOperator:
         inclination = continuation(np.array(self.y), np.array(self.angles))(lattice.y)
-        return conformal_operator(
-            rows, columns, inclination, partial(self.flat.operator, lattice, stencil=stencil)
-        )
+        flat = partial(self.flat.operator, lattice, stencil=stencil)
+        return conformal_operator(rows, columns, inclination, flat)
 
 
 def conformal_operator(
@@ -104,34 +103,50 @@ def conformal_operator(
     >>> from varcontact.scene.grid import Grid
     >>> grid = Grid(nx=4, ny=3, dx=1.0, dy=1.0, x0=0.0, y0=0.0)
     >>> flat = lambda rows, columns: influence_operator(grid, rows, columns, nu=0.3)
-    >>> matrix = conformal_operator("xyz", "xyz", np.array([0.0, 0.1, 0.3]), flat).dense(np.arange(12))
-    >>> bool(np.allclose(matrix, matrix.T, rtol=0, atol=1e-16) and np.linalg.eigvalsh(matrix).min() > 0)
+    >>> angles = np.array([0.0, 0.1, 0.3])
+    >>> matrix = conformal_operator("xyz", "xyz", angles, flat).dense(np.arange(12))
+    >>> bool(np.allclose(matrix, matrix.T, rtol=0, atol=1e-16))
+    True
+    >>> bool(np.linalg.eigvalsh(matrix).min() > 0)
     True
     """
-    above, across = (
-        "x" if names == "x" else "xyz" if "x" in names else "yz" for names in (rows, columns)
-    )
-    table, turned, still = flat(above, across), TURNED, np.diag([1.0, 0.0, 0.0])
+    flat_rows = _turned_components(rows)
+    flat_columns = _turned_components(columns)
+    table = flat(flat_rows, flat_columns)
+    turned = TURNED
+    still = np.diag([1.0, 0.0, 0.0])
 
-    def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        found = np.zeros((len(rows), len(columns), *table.table.shape[2:]), complex)
-        for (i, row), (a, inner) in itertools.product(enumerate(rows), enumerate(above)):
-            for (j, column), (b, outer) in itertools.product(enumerate(columns), enumerate(across)):
-                factor = one[AXES[row], AXES[inner]] * other[AXES[outer], AXES[column]]
+    def product(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """Parts of two rotations around the numbers of the flat surface."""
+        total = np.zeros((len(rows), len(columns), *table.table.shape[2:]), complex)
+        for (i, row), (a, inner) in itertools.product(enumerate(rows), enumerate(flat_rows)):
+            for (j, column), (b, outer) in itertools.product(
+                enumerate(columns), enumerate(flat_columns)
+            ):
+                factor = left[AXES[row], AXES[inner]] * right[AXES[outer], AXES[column]]
                 if factor:
-                    found[i, j] += factor * table.table[a, b]
-        return found
+                    total[i, j] += factor * table.table[a, b]
+        return total
 
+    # harmonics of half the angle between two elements
     constant = (product(still, still) + 2 * product(turned, turned.conj())).real
-    once, twice = 2 * (product(still, turned) + product(turned, still)), 2 * product(turned, turned)
+    once = 2 * (product(still, turned) + product(turned, still))
+    twice = 2 * product(turned, turned)
     harmonics = np.array([constant, once.real, -once.imag, twice.real, -twice.imag])
+    # the mean curvature, which depends on the offset alone
     slope = 0.0 if angles.size == 1 else (angles[-1] - angles[0]) / (angles.size - 1)
-    # by the offset alone
     mean = _waves(slope * np.arange(angles.size - 1, -angles.size, -1))[..., None]
     summed = sum(map(np.multiply, mean, harmonics))
     if np.abs(angles - angles[0] - slope * np.arange(angles.size)).max() <= STRAIGHT:
         return GridOperator(table.shape, summed)
     return ConformalOperator(table.shape, summed, angles, harmonics)
+
+
+def _turned_components(names: str) -> str:
+    """Components of the flat surface that turn into some on the curved one."""
+    if names == "x":
+        return "x"
+    return "xyz" if "x" in names else "yz"
 
 
 def _waves(angle: np.ndarray) -> np.ndarray:
@@ -160,15 +175,15 @@ class ConformalOperator(GridOperator):
         """The matrix from tractions on `loaded` to displacements in `elements`, see
         `GridOperator.dense`.
         """
-        loaded = elements if loaded is None else loaded
-        nx, (rows, columns) = self.shape[1], self.table.shape[:2]
+        if loaded is None:
+            loaded = elements
+        nx = self.shape[1]
+        rows, columns = self.table.shape[:2]
         waves = _waves(self.angles[loaded // nx] - self.angles[elements // nx][:, None])
         matrix = np.zeros((rows, elements.size, columns, loaded.size))
         for wave, table in zip(waves, self.harmonics, strict=True):
-            matrix += (
-                GridOperator(self.shape, table).dense(elements, loaded).reshape(matrix.shape)
-                * wave[:, None]
-            )
+            harmonic = GridOperator(self.shape, table).dense(elements, loaded)
+            matrix += harmonic.reshape(matrix.shape) * wave[:, None]
         return matrix.reshape(rows * elements.size, columns * loaded.size)
 
     def _product(self, tractions: np.ndarray) -> np.ndarray:
@@ -180,11 +195,13 @@ class ConformalOperator(GridOperator):
         """
         from scipy import fft
 
-        box, ny = fft_box(*self.shape), self.shape[0]
+        box = fft_box(*self.shape)
+        ny, nx = self.shape
         loads = fft.rfft(tractions, box[1], axis=-1)
-        found = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=loads.dtype)
+        total = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=loads.dtype)
         waves = _waves(self.angles).astype(tractions.dtype)[..., None]
-        transforms = self._single_transforms if tractions.dtype == np.float32 else self._transforms
+        single = tractions.dtype == np.float32
+        transforms = self._single_transforms if single else self._transforms
         for of_angle in ([0], [1, 2], [3, 4]):
             columns: dict[int, np.ndarray] = {}
             images: dict[int, np.ndarray] = {}
@@ -201,12 +218,13 @@ class ConformalOperator(GridOperator):
                     image += symbol * columns[j]
             for i, image in images.items():
                 shifts = fft.ifft(image, axis=-2, overwrite_x=True)[:, :ny]
-                found[i] += sum(map(np.multiply, waves[of_angle], shifts))
-        return np.asarray(fft.irfft(found, box[1], axis=-1)[..., : self.shape[1]])
+                total[i] += sum(map(np.multiply, waves[of_angle], shifts))
+        return np.asarray(fft.irfft(total, box[1], axis=-1)[..., :nx])
 
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        chosen = self.harmonics[:, rows][:, :, columns]
-        return ConformalOperator(self.shape, self.table[np.ix_(rows, columns)], self.angles, chosen)
+        table = self.table[np.ix_(rows, columns)]
+        harmonics = self.harmonics[:, rows][:, :, columns]
+        return ConformalOperator(self.shape, table, self.angles, harmonics)
 
     def has_mirror(self, rows: slice) -> bool:
         angles = self.angles[rows]
@@ -218,17 +236,15 @@ class ConformalOperator(GridOperator):
             [block for block in row if isinstance(block, ConformalOperator)] for row in blocks
         ]
         rows = [np.concatenate([block.harmonics for block in row], axis=2) for row in curved]
-        table = GridOperator.in_blocks(blocks).table
-        return ConformalOperator(
-            blocks[0][0].shape, table, curved[0][0].angles, np.concatenate(rows, axis=1)
-        )
+        harmonics = np.concatenate(rows, axis=1)
+        flat = GridOperator.in_blocks(blocks)
+        return ConformalOperator(flat.shape, flat.table, curved[0][0].angles, harmonics)
 
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
-        turned = SIGNS * self.harmonics[..., ::-1, ::-1].swapaxes(1, 2)
+        transposed = TRANSPOSE_SIGNS * self.harmonics[..., ::-1, ::-1].swapaxes(1, 2)
+        harmonics = (self.harmonics + sign * transposed) / 2
         table = super().symmetric_part(sign).table
-        return ConformalOperator(
-            self.shape, table, self.angles, (self.harmonics + sign * turned) / 2
-        )
+        return ConformalOperator(self.shape, table, self.angles, harmonics)
 
     @lazy_property
     def _single_transforms(self) -> Transforms:
@@ -236,11 +252,12 @@ class ConformalOperator(GridOperator):
 
     @lazy_property
     def _transforms(self) -> Transforms:
-        """Those of the tables that are not zero."""
+        """Transforms of the tables that are not zero."""
         from scipy import fft
 
-        box, used = fft_box(*self.shape), np.argwhere(self.harmonics.any(axis=(-2, -1)))
+        box = fft_box(*self.shape)
+        nonzero = np.argwhere(self.harmonics.any(axis=(-2, -1)))
         return {
             key: np.asarray(fft.rfft2(wrapped(self.harmonics[key], box)))
-            for key in map(tuple, used.tolist())
+            for key in map(tuple, nonzero.tolist())
         }

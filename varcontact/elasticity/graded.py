@@ -102,7 +102,8 @@ class Graded(Checked, Stratified, path="bodies", G=positive, nu=poisson_ratio, d
 
     def stack(self, G: float, length: float) -> GradedStack:
         """Its compliance, in units of a modulus `G` and a `length`."""
-        coarse, fine = (self._sliced(slices, G, length) for slices in (SLICES, 2 * SLICES))
+        coarse = self._sliced(SLICES, G, length)
+        fine = self._sliced(2 * SLICES, G, length)
         return GradedStack(fine.layers, fine.base, coarse)
 
     @property
@@ -147,9 +148,8 @@ class GradedStack(Stack):
         inside = np.clip(k, least, largest)
         # short waves feel the surface, and what is below in proportion to their length
         short = np.minimum(largest / np.maximum(k, largest), 1.0)
-        return np.asarray(
-            self.surface[:, None] + (spline(np.log(inside)) - self.surface[:, None]) * short
-        )
+        surface = self.surface[:, None]
+        return np.asarray(surface + (spline(np.log(inside)) - surface) * short)
 
     @lazy_property
     def _by_logarithm(self) -> tuple[float, float, CubicSpline]:
@@ -159,9 +159,8 @@ class GradedStack(Stack):
         deepest = sum(h for h, _, _ in self.layers)
         least = 1e-3 / deepest
         largest = CUT / self.thickness
-        nodes = np.linspace(
-            np.log(least), np.log(largest), math.ceil(NODES_BY_DECADE * np.log10(largest / least))
-        )
+        count = math.ceil(NODES_BY_DECADE * np.log10(largest / least))
+        nodes = np.linspace(np.log(least), np.log(largest), count)
         fine = super().compliance(np.exp(nodes))
         coarse = self.coarse.compliance(np.exp(nodes))
         return least, largest, CubicSpline(nodes, fine + (fine - coarse) / 3, axis=1)

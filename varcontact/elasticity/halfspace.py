@@ -108,7 +108,8 @@ class HalfSpaces(Homogeneous):
         self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
     ) -> dict[str, np.ndarray]:
         dx, dy = grid.sides
-        dy = math.inf if grid.line else dy
+        if grid.line:
+            dy = math.inf
         return influence_numbers(
             x, y, dx, dy, nu=self.nu, K=self.K, depth=self.depth, components=components
         )

@@ -45,10 +45,11 @@ OCTAVES = 60
 ratio."""
 
 DEGREE = 20
-"""Of the kernels' Chebyshev polynomials, each over a doubling of the distance: 5.8^-21 = 9e-17."""
+"""Degree of the Chebyshev polynomials of kernels, each over a doubling of the distance: 5.8^-21 =
+9e-17."""
 
 _ORDERS = range(2, 10)
-"""Of Gauss's rules on parts of elements."""
+"""Orders of Gauss's rules on parts of elements."""
 
 _GAUSS = np.zeros((2, _ORDERS.stop, _ORDERS.stop - 1))
 for _order in _ORDERS:
@@ -71,11 +72,26 @@ class Stack:
     @property
     def surface(self) -> np.ndarray:
         """Compliance of a half-space of the material at the surface."""
-        return half_space(*(self.layers[0][1:] if self.layers else self.base))
+        if self.layers:
+            _, G, nu = self.layers[0]
+            return half_space(G, nu)
+        return half_space(*self.base)
 
     @property
     def thickness(self) -> float:
-        return self.layers[0][0] if self.layers else np.inf
+        if not self.layers:
+            return np.inf
+        return self.layers[0][0]
+
+    @property
+    def rests_along(self) -> bool:
+        """True for a base that does not move along the surface, as of a rigid body."""
+        return not self.surface.any() or self.base == "rigid"
+
+    @property
+    def rests_down(self) -> bool:
+        """True for a base that does not move into the body."""
+        return self.rests_along or self.base == "smooth"
 
     def compliance(self, k: np.ndarray) -> np.ndarray:
         """F11, F12, F22 and f at wave numbers (n,), shape (4, n)."""
@@ -83,20 +99,28 @@ class Stack:
         if not self.layers:
             return F
         # two states that the base admits, and displacement and load across the wave vector
-        state, f, load = _states(F[:3]), F[3], 1.0
+        state = _states(F[:3])
+        f = F[3]
+        load = 1.0
         if self.base == "smooth":
             state[:, 0] = np.array([[1.0], [0.0], [0.0], [0.0]])
-            f, load = 1.0, 0.0
+            f = np.ones(k.size)
+            load = 0.0
         for h, G, nu in reversed(self.layers):
-            state = np.einsum("abn,bcn->acn", _carried(k * h, G, nu), state)
-            (u0, u1), (w0, w1), (q0, q1), (p0, p1) = state[0], state[1], -state[2], -state[3]
-            F = np.array([u0 * p1 - u1 * p0, u1 * q0 - u0 * q1, w1 * q0 - w0 * q1]) / (
-                q0 * p1 - q1 * p0
-            )
+            # the states at the upper side of the layer
+            state = np.einsum("abn,bcn->acn", _transfer(k * h, G, nu), state)
+            u0, u1 = state[0]
+            w0, w1 = state[1]
+            q0, q1 = -state[2]
+            p0, p1 = -state[3]
+            # the compliance there, and states of unit loads
+            determinant = q0 * p1 - q1 * p0
+            F = np.array([u0 * p1 - u1 * p0, u1 * q0 - u0 * q1, w1 * q0 - w0 * q1]) / determinant
             F = np.where(k * h > DEEP, half_space(G, nu, k)[:3], F)
             state = _states(F)
             t = np.tanh(k * h)
-            f, load = (f + t / G * load) / (load + G * t * f), 1.0
+            f = (f + t / G * load) / (load + G * t * f)
+            load = 1.0
         return np.concatenate([F, [f]])
 
 
@@ -106,33 +130,37 @@ def half_space(G: float, nu: float, k: np.ndarray | float = 0.0) -> np.ndarray:
 
 
 def _states(F: np.ndarray) -> np.ndarray:
-    """Those of a unit q and of a unit p, (4, 2, n)."""
-    zero, one = np.zeros_like(F[0]), np.ones_like(F[0])
+    """States of a unit q and of a unit p, (4, 2, n)."""
+    zero = np.zeros_like(F[0])
+    one = np.ones_like(F[0])
     return np.array([[F[0], F[1]], [F[1], F[2]], [-one, zero], [zero, -one]])
 
 
-def _carried(kappa: np.ndarray, G: float, nu: float) -> np.ndarray:
+def _transfer(kappa: np.ndarray, G: float, nu: float) -> np.ndarray:
     """exp(-kappa M) exp(-kappa), (4, 4, n): from the lower to the upper side of a layer.
 
     With N = M^2 - 1 and N^2 = 0: ``c - s M + kappa s N/2 - (kappa c - s) M N/2``, c and s
     hyperbolic functions.
     """
     # deeper, nothing is felt, and rounding would be
-    kappa, eta = np.minimum(kappa, 60.0), nu / (1 - nu)
+    kappa = np.minimum(kappa, 60.0)
+    eta = nu / (1 - nu)
     M = np.array(
         [[0, -1, 1, 0], [eta, 0, 0, (1 - eta) / 2], [2 / (1 - nu), 0, 0, -eta], [0, 0, 1, 0]]
     )
     N = M @ M - np.eye(4)
     terms = np.array([np.eye(4), -M, N / 2, -M @ N / 2])
-    c, s = (1 + np.exp(-2 * kappa)) / 2, -np.expm1(-2 * kappa) / 2
+    c = (1 + np.exp(-2 * kappa)) / 2
+    s = -np.expm1(-2 * kappa) / 2
+    # kappa c - s by its series where that cancels
     square = kappa**2
     series = 1 + square / 10 * (
         1 + square / 28 * (1 + square / 54 * (1 + square / 88 * (1 + square / 130)))
     )
     last = np.where(kappa < 0.7, np.exp(-kappa) * kappa * square / 3 * series, kappa * c - s)
-    carried = np.tensordot(terms, np.array([c, s, kappa * s, last]), axes=(0, 0))
+    transfer = np.tensordot(terms, np.array([c, s, kappa * s, last]), axes=(0, 0))
     units = np.array([np.ones_like(G * kappa)] * 2 + [G * np.ones_like(kappa)] * 2)
-    return np.asarray(carried * (units[:, None] / units))
+    return np.asarray(transfer * (units[:, None] / units))
 
 
 @dataclass(frozen=True)
@@ -153,32 +181,33 @@ class LayeredPair(Homogeneous):
         """Largest size of the coupling over all wave numbers."""
         if self.upper == self.lower:
             return 0.0
-        largest = (
-            float(np.abs(self.symbols(np.geomspace(1e-6, 1e3, 400) / self.thickness)[1]).max()) / 2
-        )
+        k = np.geomspace(1e-6, 1e3, 400) / self.thickness
+        _, kappa, _, _ = self.symbols(k)
+        largest = float(np.abs(kappa).max()) / 2
         return largest if largest > 1e-15 else 0.0
 
     @property
     def thickness(self) -> float:
-        """That of the thinner top layer: the scale of what layers add."""
+        """Thickness of the thinner top layer: the scale of what layers add."""
         return min(self.upper.thickness, self.lower.thickness)
 
     @property
     def at_rest(self) -> tuple[bool, bool, bool]:
-        """Along which directions both bodies rest on bases that do not move."""
-        bases = [
-            "rigid" if not stack.surface.any() else stack.base for stack in (self.upper, self.lower)
-        ]
-        rigid = all(base == "rigid" for base in bases)
-        return rigid, rigid, all(base in ("rigid", "smooth") for base in bases)
+        """Directions (x, y, z) along which both bodies rest on bases that do not move."""
+        along = all(stack.rests_along for stack in (self.upper, self.lower))
+        down = all(stack.rests_down for stack in (self.upper, self.lower))
+        return along, along, down
 
     def symbols(self, k: np.ndarray | None = None) -> np.ndarray:
         """alpha, kappa, gamma and beta at wave numbers (n,), shape (4, n); or in the limit of large
         ones.
         """
-        upper, lower = (
-            each.surface if k is None else each.compliance(k) for each in (self.upper, self.lower)
-        )
+        if k is None:
+            upper = self.upper.surface
+            lower = self.lower.surface
+        else:
+            upper = self.upper.compliance(k)
+            lower = self.lower.compliance(k)
         both = upper + lower
         both[1] = upper[1] - lower[1]
         return both
@@ -188,12 +217,11 @@ class LayeredPair(Homogeneous):
     ) -> dict[str, np.ndarray]:
         """Influence numbers: half-spaces of the surfaces in closed form, and what layers add."""
         alpha, kappa, *_ = self.symbols()
-        found = HalfSpaces(float(1 - alpha / 2), float(kappa / 2), self.depth).influence(
-            grid, x, y, components
-        )
-        for name, added in added_numbers(self, grid, x, y, [*found]).items():
-            found[name] = found[name] + added
-        return found
+        half_spaces = HalfSpaces(float(1 - alpha / 2), float(kappa / 2), self.depth)
+        numbers = half_spaces.influence(grid, x, y, components)
+        for name, added in added_numbers(self, grid, x, y, [*numbers]).items():
+            numbers[name] = numbers[name] + added
+        return numbers
 
 
 # ---------------------------------------------------------------------- kernels of points and lines
@@ -205,9 +233,11 @@ def wave_numbers(thickness: float, near: float, far: float) -> tuple[np.ndarray,
     At a distance only small wave numbers count: the integrand may end smoothly, over 12 of 1/near,
     which leaves an error of exp(-36).
     """
-    top, smooth = CUT / thickness, near * CUT > 144 * thickness
+    top = CUT / thickness
+    smooth = near * CUT > 144 * thickness
     if smooth:
         top = 144 / near
+    # panels of each octave, so short that waves at the farthest distance are resolved
     edges = [0.0, *(top * 0.5 ** np.arange(OCTAVES, -1, -1))]
     parts = [
         np.arange(a, b, (b - a) / math.ceil((b - a) * far / (2 * np.pi)))
@@ -215,27 +245,29 @@ def wave_numbers(thickness: float, near: float, far: float) -> tuple[np.ndarray,
     ]
     left = np.concatenate([*parts, [top]])
     half = np.diff(left)[:, None] / 2
-    k, weights = (
-        (left[:-1, None] + half * (1 + _PANEL_POINTS)).ravel(),
-        (half * _PANEL_WEIGHTS).ravel(),
-    )
-    return k, weights * special.erfc(near * k / 12 - 6) / 2 if smooth else weights
+    k = (left[:-1, None] + half * (1 + _PANEL_POINTS)).ravel()
+    weights = (half * _PANEL_WEIGHTS).ravel()
+    if smooth:
+        weights = weights * special.erfc(near * k / 12 - 6) / 2
+    return k, weights
 
 
 @lru_cache(maxsize=8)
 def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray, np.ndarray]:
-    """What layers add to four functions of the distance: edges of intervals, and their Chebyshev
-    coefficients.
+    """Additions of layers to four functions of the distance: edges of intervals, and their
+    Chebyshev coefficients.
 
-    Of point loads the transforms I0[(alpha + beta)/2], I2[(alpha - beta)/2], I0[gamma] and
-    I1[kappa] with Bessel functions; of line loads those of alpha, beta and gamma with cosines, 0 at
-    the last edge, and of kappa with sines.
+    Those of point loads are the transforms I0[(alpha + beta)/2], I2[(alpha - beta)/2], I0[gamma]
+    and I1[kappa] with Bessel functions; those of line loads are of alpha, beta and gamma with
+    cosines, 0 at the last edge, and of kappa with sines.
     """
     edges = np.concatenate([[0.0], pair.thickness * 2.0 ** np.arange(doublings + 1)])
     nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
-    coefficients, beyond = np.empty((doublings + 1, DEGREE + 1, 4)), np.zeros(4)
+    coefficients = np.empty((doublings + 1, DEGREE + 1, 4))
+    beyond = np.zeros(4)
     for i in range(doublings, -1, -1):
-        near, far = edges[i], edges[i + 1]
+        near = edges[i]
+        far = edges[i + 1]
         k, weights = wave_numbers(pair.thickness, near, far)
         alpha, kappa, gamma, beta = (pair.symbols(k) - pair.symbols()[:, None]) * weights
         r = np.append((near + far) / 2 + (far - near) / 2 * nodes, near)[:, None]
@@ -246,9 +278,11 @@ def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray,
             values[:, :3] += beyond[:3]
             beyond = values[-1]
         else:
-            J = special.j0(k * r), special.j1(k * r), special.jv(2, k * r)
+            J0 = special.j0(k * r)
+            J1 = special.j1(k * r)
+            J2 = special.jv(2, k * r)
             values = np.array(
-                [J[0] @ (alpha + beta) / 2, J[2] @ (alpha - beta) / 2, J[0] @ gamma, J[1] @ kappa]
+                [J0 @ (alpha + beta) / 2, J2 @ (alpha - beta) / 2, J0 @ gamma, J1 @ kappa]
             )
             values = values.T / (2 * np.pi)
         coefficients[i] = np.polynomial.chebyshev.chebfit(nodes, values[:-1], DEGREE)
@@ -259,14 +293,14 @@ def _kernel_values(
     edges: np.ndarray, coefficients: np.ndarray, r: np.ndarray, which: list[int]
 ) -> np.ndarray:
     """Some of the four functions at distances (n,), shape (which, n)."""
-    found = np.empty((len(which), r.size))
+    values = np.empty((len(which), r.size))
     place = np.searchsorted(edges[1:-1], r, side="right")
     for i in np.unique(place):
         inside = np.flatnonzero(place == i)
-        a, b = edges[i], edges[i + 1]
+        a, b = edges[i : i + 2]
         at = (2 * r[inside] - a - b) / (b - a)
-        found[:, inside] = np.polynomial.chebyshev.chebval(at, coefficients[i][:, which])
-    return found
+        values[:, inside] = np.polynomial.chebyshev.chebval(at, coefficients[i][:, which])
+    return values
 
 
 # ----------------------------------------------------------------------------- elements
@@ -296,51 +330,57 @@ _NEEDED = {"xx": (0, 1), "yy": (0, 1), "xy": (1,), "yx": (1,), "zz": (2,)}
 def added_numbers(
     pair: LayeredPair, grid: Grid, x: np.ndarray, y: np.ndarray, components: list[str]
 ) -> dict[str, np.ndarray]:
-    """What layers add to influence numbers: the kernels' integrals over the element."""
+    """Additions of layers to influence numbers: the kernels' integrals over the element."""
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
     if x.size == 0:
         return {}
-    (dx, dy), line = grid.sides, grid.line
-    reach = (
-        max(np.abs(x).max() + dx, pair.depth)
-        if line
-        else np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
-    )
+    dx, dy = grid.sides
+    line = grid.line
+    if line:
+        forms = _OF_LINES
+        reach = max(np.abs(x).max() + dx, pair.depth)
+    else:
+        forms = _OF_POINTS
+        reach = np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
+    forms = {name: form for name, form in forms.items() if name in components}
+    # the kernels as functions of the distance
     doublings = max(math.ceil(math.log2(reach / pair.thickness)), 0)
     edges, coefficients = _kernels(replace(pair, depth=1.0), doublings, line)
-    of = {
-        name: form
-        for name, form in (_OF_LINES if line else _OF_POINTS).items()
-        if name in components
-    }
-    which = sorted({i for name in of for i in _NEEDED.get(name, (3,))})
-    found = {name: np.empty(x.shape) for name in of}
+    which = sorted({i for name in forms for i in _NEEDED.get(name, (3,))})
+    numbers = {name: np.empty(x.shape) for name in forms}
+    # their integrals over the element
     for part, starts, from_x, from_y, weights in _products(
         grid, x.ravel(), y.ravel(), pair.thickness
     ):
         r = np.hypot(from_x, from_y)
         away = np.maximum(r, np.finfo(float).tiny)
         values = dict(zip(which, _kernel_values(edges, coefficients, r, which), strict=True))
-        for name, form in of.items():
+        for name, form in forms.items():
             integrand = form(values, from_x / away, from_y / away) * weights
-            found[name].reshape(-1)[part] = np.add.reduceat(integrand, starts)
+            numbers[name].reshape(-1)[part] = np.add.reduceat(integrand, starts)
     if line:
-        at_depth, near = _kernel_values(
-            edges, coefficients, np.array([pair.depth, pair.thickness]), [0, 1, 2]
-        ).T
-        # where resting bases do not move: integrals of symbols times cos(k h)/(pi k), less those of
-        # half-spaces
-        h, (k, factors) = pair.thickness, wave_numbers(pair.thickness, 0.0, pair.thickness)
-        beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
-        on_base = (
-            (pair.symbols(k) @ (factors * np.cos(k * h) / k) + pair.symbols() * beyond) / np.pi
-        )[[0, 3, 2]]
-        for name, own in zip(
-            ("xx", "yy", "zz"), np.where(pair.at_rest, near - on_base, at_depth), strict=True
-        ):
-            if name in found:
-                found[name] -= dx * own
-    return found
+        at_zero = _displacement_at_zero(pair, edges, coefficients)
+        for i, name in enumerate(("xx", "yy", "zz")):
+            if name in numbers:
+                numbers[name] -= dx * at_zero[i]
+    return numbers
+
+
+def _displacement_at_zero(
+    pair: LayeredPair, edges: np.ndarray, coefficients: np.ndarray
+) -> np.ndarray:
+    """Additions to displacements along x, y, z of line loads where these count as zero: at the
+    depth, or on bases that do not move.
+    """
+    distances = np.array([pair.depth, pair.thickness])
+    at_depth, near = _kernel_values(edges, coefficients, distances, [0, 1, 2]).T
+    # on a base: integrals of symbols times cos(k h)/(pi k), less those of half-spaces
+    h = pair.thickness
+    k, factors = wave_numbers(h, 0.0, h)
+    beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
+    integrals = pair.symbols(k) @ (factors * np.cos(k * h) / k)
+    on_base = ((integrals + pair.symbols() * beyond) / np.pi)[[0, 3, 2]]
+    return np.where(pair.at_rest, near - on_base, at_depth)
 
 
 def _rules(distance: np.ndarray, side: float, thickness: float) -> tuple[np.ndarray, ...]:
@@ -350,27 +390,28 @@ def _rules(distance: np.ndarray, side: float, thickness: float) -> tuple[np.ndar
     longer than 1.5 max(thickness, distance/2).
     """
     places, index = np.unique(distance, return_inverse=True)
-    low, high = places[:, None] - side / 2, places[:, None] + side / 2
+    low = places[:, None] - side / 2
+    high = places[:, None] + side / 2
+    # parts of the side
     breaks = [0.0]
     while breaks[-1] < max(high[-1, 0], -low[0, 0]):
         breaks.append(breaks[-1] + 1.5 * max(thickness, breaks[-1] / 2))
     edges = np.clip([*(-each for each in breaks[:0:-1]), *breaks], low, high)
     owner, part = np.nonzero(np.diff(edges, axis=1))
-    left, right = edges[owner, part], edges[owner, part + 1]
+    left = edges[owner, part]
+    right = edges[owner, part + 1]
+    # the order of the rule on each
     scale = np.maximum(thickness, np.minimum(np.abs(left), np.abs(right)) / 2)
     # singularities are 2 scale or more away
     order = np.ceil(15 / np.log(8 * scale / (right - left))).astype(int)
     order = np.clip(order, _ORDERS.start, _ORDERS[-1])
-    of, own = np.repeat(np.arange(order.size), order), _ramps(order)
-    points, weights = _GAUSS[:, order[of], own]
+    # all nodes, one part after the other
+    of = np.repeat(np.arange(order.size), order)
+    points, weights = _GAUSS[:, order[of], _ramps(order)]
     half = (right - left)[of] / 2
     count = np.bincount(owner[of])
-    return (
-        left[of] + half * (1 + points),
-        half * weights,
-        (np.cumsum(count) - count)[index],
-        count[index],
-    )
+    first = np.cumsum(count) - count
+    return left[of] + half * (1 + points), half * weights, first[index], count[index]
 
 
 def _ramps(counts: np.ndarray) -> np.ndarray:
@@ -387,18 +428,21 @@ def _products(
     The points, where the nodes of each start, the nodes' distances along x and along y, and their
     weights.
     """
-    (dx, dy), one = grid.sides, np.ones(y.size, dtype=int)
+    dx, dy = grid.sides
     x_nodes, x_weights, x_first, x_count = _rules(x, dx, scale)
-    if grid.line:
-        y_nodes, y_weights, y_first, y_count = np.zeros(1), np.ones(1), one - 1, one
+    if grid.line:  # one node
+        y_nodes = np.zeros(1)
+        y_weights = np.ones(1)
+        y_first = np.zeros(y.size, dtype=int)
+        y_count = np.ones(y.size, dtype=int)
     else:
         y_nodes, y_weights, y_first, y_count = _rules(y, dy, scale)
     sizes = x_count * y_count
-    for part in np.split(
-        np.arange(sizes.size), np.flatnonzero(np.diff(np.cumsum(sizes) // _NODES_AT_ONCE)) + 1
-    ):
-        own, count = _ramps(sizes[part]), np.repeat(y_count[part], sizes[part])
-        i = np.repeat(x_first[part], sizes[part]) + own // count
-        j = np.repeat(y_first[part], sizes[part]) + own % count
+    cuts = np.flatnonzero(np.diff(np.cumsum(sizes) // _NODES_AT_ONCE)) + 1
+    for part in np.split(np.arange(sizes.size), cuts):
+        node = _ramps(sizes[part])
+        count = np.repeat(y_count[part], sizes[part])
+        i = np.repeat(x_first[part], sizes[part]) + node // count
+        j = np.repeat(y_first[part], sizes[part]) + node % count
         starts = np.cumsum(sizes[part]) - sizes[part]
         yield part, starts, x_nodes[i], y_nodes[j], x_weights[i] * y_weights[j]

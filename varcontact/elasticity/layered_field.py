@@ -19,10 +19,10 @@ from scipy import special
 from varcontact.elasticity.layered import (
     DEGREE,
     Stack,
-    _carried,
     _kernel_values,
     _products,
     _states,
+    _transfer,
     wave_numbers,
 )
 from varcontact.elasticity.operators import fft_box, fields_of, spectrum_of, wrapped
@@ -45,7 +45,8 @@ def layered_field_at(
     rows, columns = np.divmod(loaded, grid.nx)
     for depth in np.unique(points[2]):
         at = points[2] == depth
-        x, y = points[0, at, None] - grid.x[columns], points[1, at, None] - grid.y[rows]
+        x = points[0, at, None] - grid.x[columns]
+        y = points[1, at, None] - grid.y[rows]
         numbers = _element_fields(stack, depth, grid, x, y)
         fields[:, at] = np.einsum("flpe,le->fp", numbers, tractions.reshape(3, -1)[:, loaded])
     return _field(fields, points[2], stack)
@@ -55,16 +56,17 @@ def layered_field_below(
     depths: np.ndarray, grid: Grid, tractions: np.ndarray, *, stack: Stack
 ) -> ElasticField:
     """The elastic field below all element centres at some depths, by FFT; see `field_below`."""
-    (ny, nx), (dx, dy) = grid.shape, grid.sides
-    x, y = np.arange(1 - nx, nx) * dx, np.arange(1 - ny, ny)[:, None] * dy
+    ny, nx = grid.shape
+    dx, dy = grid.sides
+    x = np.arange(1 - nx, nx) * dx
+    y = np.arange(1 - ny, ny)[:, None] * dy
     box = fft_box(ny, nx)
     spectrum = spectrum_of(tractions, box)
     fields = np.empty((13, depths.size, ny, nx))
     for i, depth in enumerate(depths):
-        for own, table in zip(fields[:, i], _element_fields(stack, depth, grid, x, y), strict=True):
-            own[...] = fields_of(
-                (spectrum_of(wrapped(table, box), box) * spectrum).sum(axis=0), box, (ny, nx)
-            )
+        for j, table in enumerate(_element_fields(stack, depth, grid, x, y)):
+            product = spectrum_of(wrapped(table, box), box) * spectrum
+            fields[j, i] = fields_of(product.sum(axis=0), box, (ny, nx))
     return _field(fields, np.broadcast_to(depths[:, None, None], fields.shape[1:]), stack)
 
 
@@ -72,7 +74,8 @@ def _field(fields: np.ndarray, depths: np.ndarray, stack: Stack) -> ElasticField
     """Displacement, gradient and, by Hooke's law, stress, from displacements, gradients and
     sigma_zz (13, ...).
     """
-    gradient, normal = fields[3:12].reshape(3, 3, *fields.shape[1:]), fields[12]
+    gradient = fields[3:12].reshape(3, 3, *fields.shape[1:])
+    normal = fields[12]
     G = np.vectorize(lambda depth: _cut(stack, depth)[1][0], otypes=[float])(depths)
     shear = G * (gradient + gradient.swapaxes(0, 1))
     rest = np.eye(3).reshape(3, 3, *(1,) * depths.ndim) * (normal - shear[2, 2])
@@ -92,11 +95,8 @@ def _cut(
         last = i == len(stack.layers) - 1 and isinstance(stack.base, str)
         if left < h or (last and left <= h * (1 + 1e-9)):
             left = min(left, h * (1 - 1e-9))
-            return (
-                [*above, (left, G, nu)],
-                (G, nu),
-                Stack(((h - left, G, nu), *stack.layers[i + 1 :]), stack.base),
-            )
+            below = Stack(((h - left, G, nu), *stack.layers[i + 1 :]), stack.base)
+            return [*above, (left, G, nu)], (G, nu), below
         above.append((h, G, nu))
         left -= h
     if isinstance(stack.base, str):
@@ -111,11 +111,15 @@ def _transfers(stack: Stack, depth: float, k: np.ndarray) -> np.ndarray:
     q_t: u_t,s, u_t,z and k u_t.
     """
     above, (G, nu), below = _cut(stack, depth)
+    # states at the cut, and the parts of loads that reach it through the layers above
     F11, F12, F22, f = below.compliance(k)
-    at_cut, across, passed = _states(np.array([F11, F12, F22])), f, np.ones(k.size)
-    state, through = at_cut, np.repeat(np.eye(2)[:, :, None], k.size, axis=2)
+    at_cut = _states(np.array([F11, F12, F22]))
+    across = f
+    passed = np.ones(k.size)
+    state = at_cut
+    through = np.repeat(np.eye(2)[:, :, None], k.size, axis=2)
     for h, modulus, ratio in reversed(above):
-        upper = np.einsum("abn,bcn->acn", _carried(k * h, modulus, ratio), state)
+        upper = np.einsum("abn,bcn->acn", _transfer(k * h, modulus, ratio), state)
         (a, b), (c, d) = -upper[2:]
         inverse = np.array([[d, -b], [-c, a]]) / (a * d - b * c)
         through = np.einsum("abn,bcn->acn", through, inverse) * np.exp(-k * h)
@@ -124,25 +128,25 @@ def _transfers(stack: Stack, depth: float, k: np.ndarray) -> np.ndarray:
         t = np.tanh(k * h)
         passed = passed / (np.cosh(np.minimum(k * h, 300)) * (1 + modulus * t * f))
         f = (f + t / modulus) / (1 + modulus * t * f)
+    # functions of the states, by Hooke's law
     y = np.einsum("abn,bcn->can", at_cut, through)
     eta = nu / (1 - nu)
-    found = []
+    functions = []
     for u, w, tau, sigma in y:
-        found += [u, w, tau / G - w, eta * u + (1 - eta) / 2 * sigma / G, sigma, u / k, w / k]
-    return np.array([*found, across * passed, -passed / G, across * passed / k])
+        functions += [u, w, tau / G - w, eta * u + (1 - eta) / 2 * sigma / G, sigma, u / k, w / k]
+    return np.array([*functions, across * passed, -passed / G, across * passed / k])
 
 
 def _directions(angle: float) -> np.ndarray:
-    """What those functions are of displacements, gradients and sigma_zz, by tractions x, y, z: (17,
-    13, 3).
+    """Displacements, gradients and sigma_zz of those functions, by tractions x, y, z: (17, 13,
+    3).
     """
-    c, s = math.cos(angle), math.sin(angle)
-    along, across, down, zero = (
-        np.array([c, s, 0]),
-        np.array([-s, c, 0]),
-        np.array([0, 0, 1]),
-        np.zeros(3),
-    )
+    c = math.cos(angle)
+    s = math.sin(angle)
+    along = np.array([c, s, 0])
+    across = np.array([-s, c, 0])
+    down = np.array([0, 0, 1])
+    zero = np.zeros(3)
 
     def of(
         displacement: np.ndarray = zero,
@@ -166,13 +170,10 @@ def _directions(angle: float) -> np.ndarray:
         of(first=across, then=down),
         of(displacement=across),
     ]
-    loads = [*[-1j * along] * 7, *[down] * 7, *[across] * 3]
-    return np.array(
-        [
-            np.outer(form, load)
-            for form, load in zip([*in_plane * 2, *anti_plane], loads, strict=True)
-        ]
-    )
+    by_shear = [np.outer(form, -1j * along) for form in in_plane]
+    by_pressure = [np.outer(form, down) for form in in_plane]
+    by_transverse = [np.outer(form, across) for form in anti_plane]
+    return np.array([*by_shear, *by_pressure, *by_transverse])
 
 
 @cache
@@ -180,13 +181,18 @@ def _harmonics(line: bool) -> tuple[np.ndarray, np.ndarray]:
     """Cosine and sine parts (17, orders, 13, 3) of the directions, with the powers of i of their
     transforms.
     """
-    count, orders = (2, 2) if line else (8, 4)
+    orders = 2 if line else 4
+    count = 2 if line else 8
     parts = np.fft.fft([_directions(2 * np.pi * i / count) for i in range(count)], axis=0) / count
     cosines, sines = np.zeros((2, orders, *parts.shape[1:]))
     for m in range(orders):
-        plus, minus = parts[m], parts[-m] if m and not line else 0 * parts[m]
-        cosines[m] = (1j**m * (plus + minus)).real
-        sines[m] = (1j ** (m + 1) * (plus - minus)).real * (m > 0 and not line)
+        plus = parts[m]
+        if line or m == 0:
+            cosines[m] = (1j**m * plus).real
+        else:
+            minus = parts[-m]
+            cosines[m] = (1j**m * (plus + minus)).real
+            sines[m] = (1j ** (m + 1) * (plus - minus)).real
     return cosines.swapaxes(0, 1), sines.swapaxes(0, 1)
 
 
@@ -198,34 +204,48 @@ def _element_fields(
 ) -> np.ndarray:
     """Fields (13, 3, ...) at a depth and distances from an element by unit tractions on it."""
     x, y = np.broadcast_arrays(x, y)
-    (dx, dy), line = grid.sides, grid.line
+    dx, dy = grid.sides
     depth = max(float(depth), SHALLOWEST * min(dx, dy))
     scale = depth / 2  # singularities are at +-i depth
-    reach = np.abs(x).max() + dx if line else np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
+    reach = np.abs(x).max() + dx
+    if not grid.line:
+        reach = np.hypot(reach, np.abs(y).max() + dy)
+    # pairs (function, order) that are not zero, as functions of the distance
+    cosines, sines = _harmonics(grid.line)
+    sizes = np.abs([cosines, sines]).max(axis=(0, 3, 4))
+    used = [tuple(pair) for pair in np.argwhere(sizes > 1e-12)]
     doublings = max(math.ceil(math.log2(reach / scale)), 0)
-    cosines, sines = _harmonics(line)
-    used = [
-        tuple(each) for each in np.argwhere(np.abs([cosines, sines]).max(axis=(0, 3, 4)) > 1e-12)
-    ]
     edges = np.concatenate([[0.0], scale * 2.0 ** np.arange(doublings + 1)])
-    nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
-    coefficients = np.empty((doublings + 1, DEGREE + 1, len(used)))
-    for i, (near, far) in enumerate(pairwise(edges)):
-        k, weights = wave_numbers(scale, near, far)
-        functions = _transfers(stack, depth, k) * (
-            weights / np.pi if line else weights * k / (2 * np.pi)
-        )
-        kr = k * ((near + far) / 2 + (far - near) / 2 * nodes)[:, None]
-        waves = [np.cos(kr), np.sin(kr)] if line else [special.jv(m, kr) for m in range(4)]
-        values = np.array([waves[m] @ functions[f] for f, m in used])
-        coefficients[i] = np.polynomial.chebyshev.chebfit(nodes, values.T, DEGREE)
-    forms = np.array([[part[each] for each in used] for part in (cosines, sines)])
-    found = np.empty((13, 3, x.size))
+    coefficients = _transforms(stack, depth, edges, used, grid.line)
+    # their integrals over the element
+    forms = np.array([[part[pair] for pair in used] for part in (cosines, sines)])
+    fields = np.empty((13, 3, x.size))
     for part, starts, from_x, from_y, weights in _products(grid, x.ravel(), y.ravel(), scale):
         r = np.hypot(from_x, from_y)
         turn = (from_x + 1j * from_y) / np.maximum(r, np.finfo(float).tiny)
         turns = np.array([turn**m for m in range(4)])[[m for _, m in used]]
         values = _kernel_values(edges, coefficients, r, [*range(len(used))])
         integrals = np.add.reduceat(values * turns * weights, starts, axis=1)
-        found[..., part] = np.einsum("chfl,chp->flp", forms, [integrals.real, integrals.imag])
-    return found.reshape(13, 3, *x.shape)
+        fields[..., part] = np.einsum("chfl,chp->flp", forms, [integrals.real, integrals.imag])
+    return fields.reshape(13, 3, *x.shape)
+
+
+def _transforms(
+    stack: Stack, depth: float, edges: np.ndarray, used: list[tuple[int, ...]], line: bool
+) -> np.ndarray:
+    """Chebyshev coefficients of the functions' transforms over each interval of distances."""
+    nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
+    coefficients = np.empty((len(edges) - 1, DEGREE + 1, len(used)))
+    for i, (near, far) in enumerate(pairwise(edges)):
+        k, weights = wave_numbers(edges[1], near, far)
+        kr = k * ((near + far) / 2 + (far - near) / 2 * nodes)[:, None]
+        if line:
+            waves = [np.cos(kr), np.sin(kr)]
+            factors = weights / np.pi
+        else:
+            waves = [special.jv(order, kr) for order in range(4)]
+            factors = weights * k / (2 * np.pi)
+        functions = _transfers(stack, depth, k) * factors
+        values = np.array([waves[order] @ functions[index] for index, order in used])
+        coefficients[i] = np.polynomial.chebyshev.chebfit(nodes, values.T, DEGREE)
+    return coefficients

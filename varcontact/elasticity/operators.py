@@ -16,11 +16,11 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.transports import DIFFERENCES, HERE, Stencil
 
-REMEMBERED = 2
+RESTRICTED_KEPT = 2
 """Number of restricted operators that an operator keeps: each may have a dense matrix and its
 factor."""
 
-FEW = 160
+DENSE_ELEMENTS = 160
 """Elements of a grid up to which a product with its whole matrix, assembled once, is faster than
 one by FFT."""
 
@@ -39,7 +39,7 @@ At a straight edge across the direction of rolling 2.0 to 2.3 is exact, see `edg
 the other edges tractions do not rise in that direction, and less is enough.
 """
 
-LEAST_COVERED = 0.3
+COVERED_MIN = 0.3
 """Part covered below which edge compliance does not grow: such elements carry hardly anything."""
 
 
@@ -66,18 +66,18 @@ def wrapped(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
     """Numbers by offset (..., 2 ny - 1, 2 nx - 1) on a periodic box, offset zero first; what meets
     there is added.
     """
-    ny, nx = (numbers.shape[-2] + 1) // 2, (numbers.shape[-1] + 1) // 2
-    found = np.zeros((*numbers.shape[:-2], *box), dtype=numbers.dtype)
-    for rows, to_rows in (
-        (slice(0, ny - 1), slice(box[0] - ny + 1, None)),
-        (slice(ny - 1, None), slice(0, ny)),
-    ):
-        for left, to_left in (
-            (slice(0, nx - 1), slice(box[1] - nx + 1, None)),
-            (slice(nx - 1, None), slice(0, nx)),
-        ):
-            found[..., to_rows, to_left] += numbers[..., rows, left]
-    return found
+    periodic = np.zeros((*numbers.shape[:-2], *box), dtype=numbers.dtype)
+    for rows, to_rows in _halves((numbers.shape[-2] + 1) // 2, box[0]):
+        for columns, to_columns in _halves((numbers.shape[-1] + 1) // 2, box[1]):
+            periodic[..., to_rows, to_columns] += numbers[..., rows, columns]
+    return periodic
+
+
+def _halves(n: int, period: int) -> list[tuple[slice, slice]]:
+    """Negative offsets and the others, from -(n - 1) to n - 1, with their places in a period."""
+    negative = slice(0, n - 1), slice(period - n + 1, None)
+    others = slice(n - 1, None), slice(0, n)
+    return [negative, others]
 
 
 def fft_box(ny: int, nx: int) -> tuple[int, int]:
@@ -116,7 +116,7 @@ class GridOperator:
     shape: tuple[int, int]
     table: np.ndarray
     toeplitz: ClassVar[bool] = True
-    """Whether the table is all of it: whether influence numbers depend on the offset alone."""
+    """True where the table is all of it: influence numbers depend on the offset alone."""
 
     def dense(self, elements: np.ndarray, loaded: np.ndarray | None = None) -> np.ndarray:
         """The matrix from tractions on `loaded` to displacements in `elements`.
@@ -133,14 +133,17 @@ class GridOperator:
             Component by component: all x first, then all y.
         """
         ny, nx = self.shape
-        loaded = elements if loaded is None else loaded
-        (iy, ix), (jy, jx) = np.divmod(elements, nx), np.divmod(loaded, nx)
-        place, back = (
-            iy * (2 * nx - 1) + ix,
-            jy * (2 * nx - 1) + jx - (ny - 1) * (2 * nx - 1) - nx + 1,
-        )
+        if loaded is None:
+            loaded = elements
+        # places in a flat table are differences of those of the two elements
+        width = 2 * nx - 1
+        iy, ix = np.divmod(elements, nx)
+        jy, jx = np.divmod(loaded, nx)
+        place = iy * width + ix
+        back = jy * width + jx - (ny - 1) * width - nx + 1
         rows, columns = self.table.shape[:2]
-        n, m = elements.size, loaded.size
+        n = elements.size
+        m = loaded.size
         tables = self.table.reshape(rows, columns, -1)
         matrix = np.empty((rows, n, columns, m))
         # their offsets take as much memory as a block of the matrix
@@ -174,9 +177,8 @@ class GridOperator:
         box = fft_box(*self.shape)
         spectrum = spectrum_of(tractions, box)
         symbol = self._single_symbol if tractions.dtype == np.float32 else self._symbol
-        return fields_of(
-            np.array([sum(map(np.multiply, row, spectrum)) for row in symbol]), box, self.shape
-        )
+        product = np.array([sum(map(np.multiply, row, spectrum)) for row in symbol])
+        return fields_of(product, box, self.shape)
 
     def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only.
@@ -198,7 +200,7 @@ class GridOperator:
         operator = kept.pop(key, None) or RestrictedOperator(self, elements, softening=softening)
         if elements.size < self.shape[0] * self.shape[1]:
             kept[key] = operator
-            for oldest in list(kept)[:-REMEMBERED]:
+            for oldest in list(kept)[:-RESTRICTED_KEPT]:
                 del kept[oldest]
         return operator
 
@@ -219,7 +221,7 @@ class GridOperator:
         return GridOperator(self.shape, self.table[np.ix_(rows, columns)])
 
     def has_mirror(self, rows: slice) -> bool:
-        """Whether numbers of some `rows` of elements are even or odd about the line in their
+        """True where numbers of some `rows` of elements are even or odd about the line in their
         middle.
         """
         return True
@@ -246,10 +248,12 @@ class GridOperator:
     @lazy_property
     def whole(self) -> np.ndarray | None:
         """The matrix between all elements, with which products are taken; None where they are more
-        than `FEW`.
+        than `DENSE_ELEMENTS`.
         """
         size = self.shape[0] * self.shape[1]
-        return self.dense(np.arange(size)) if size <= FEW else None
+        if size > DENSE_ELEMENTS:
+            return None
+        return self.dense(np.arange(size))
 
     @lazy_property
     def _symbol(self) -> np.ndarray:
@@ -279,11 +283,12 @@ class RestrictedOperator:
         return self._assembled()
 
     def _assembled(self) -> np.ndarray:
-        own = self.grid_operator
-        everywhere = self.elements.size == own.shape[0] * own.shape[1]
-        matrix = (
-            own.whole.copy() if everywhere and own.whole is not None else own.dense(self.elements)
-        )
+        operator = self.grid_operator
+        everywhere = self.elements.size == operator.shape[0] * operator.shape[1]
+        if everywhere and operator.whole is not None:
+            matrix = operator.whole.copy()
+        else:
+            matrix = operator.dense(self.elements)
         if self.softening is not None:
             np.einsum("ii->i", matrix)[:] += self.softening.ravel()
         return matrix
@@ -316,14 +321,15 @@ class RestrictedOperator:
         ny, nx = self.grid_operator.shape
         fields = np.zeros((tractions.shape[0], ny * nx))
         fields[:, self.elements] = tractions
-        product = self.grid_operator.apply(fields.reshape(-1, ny, nx)).reshape(-1, ny * nx)[
-            :, self.elements
-        ]
-        return product if self.softening is None else product + self.softening * tractions
+        whole = self.grid_operator.apply(fields.reshape(-1, ny, nx))
+        product = whole.reshape(-1, ny * nx)[:, self.elements]
+        if self.softening is None:
+            return product
+        return product + self.softening * tractions
 
 
 def edge_compliance(covered: np.ndarray) -> np.ndarray:
-    """What the diagonal of M has in addition, by that diagonal, where the contact covers parts of
+    """Addition to the diagonal of M, relative to that diagonal, where the contact covers parts of
     elements.
 
     Where particles enter the contact, tractions rise like the square root of the distance from the
@@ -332,7 +338,7 @@ def edge_compliance(covered: np.ndarray) -> np.ndarray:
     slip a mean traction that hardly depends on w is found. On an element that gives way by
     ``w^(-3/2)`` times as much it falls as it should.
     """
-    return np.asarray(COMPLIANCE_FACTOR * (np.clip(covered, LEAST_COVERED, 1.0) ** -1.5 - 1))
+    return np.asarray(COMPLIANCE_FACTOR * (np.clip(covered, COVERED_MIN, 1.0) ** -1.5 - 1))
 
 
 # ----------------------------------------------------------------------------- media
@@ -354,7 +360,7 @@ class Medium(Protocol):
 
     @property
     def even(self) -> bool:
-        """Whether influence numbers are even or odd in x: then the bodies are elastic."""
+        """True where influence numbers are even or odd in x: then the bodies are elastic."""
 
     def operator(
         self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
@@ -381,7 +387,7 @@ class Homogeneous(ABC):
 
     @property
     def even(self) -> bool:
-        """Whether influence numbers are even or odd in x, as of elastic bodies."""
+        """True where influence numbers are even or odd in x, as of elastic bodies."""
         return True
 
     @abstractmethod
@@ -483,14 +489,15 @@ def _tables_at(
     the elements, as with steps of whole elements, tables share nearly all of theirs: those of one
     place are made once.
     """
-    (dx, dy), steps = grid.sides, np.arange(-(grid.nx - 1), grid.nx)
+    dx, dy = grid.sides
+    steps = np.arange(-(grid.nx - 1), grid.nx)
     ahead = np.array(offsets)[:, None] / dx
-    whole = np.abs(ahead - np.round(ahead)) <= 4 * np.finfo(float).eps * np.maximum(
-        np.abs(ahead), 1.0
-    )
+    rounding = 4 * np.finfo(float).eps * np.maximum(np.abs(ahead), 1.0)
+    whole = np.abs(ahead - np.round(ahead)) <= rounding
     x = np.where(whole, (steps + np.round(ahead)) * dx, steps * dx + np.array(offsets)[:, None])
     places, index = np.unique(np.abs(x) if medium.even else x, return_inverse=True)
     y = np.arange(grid.rows)[:, None] * dy
+    # numbers of rows above, mirrored to those below
     half = medium.influence(grid, places, y, names)
     tables = np.empty((len(offsets), len(names), 2 * grid.rows - 1, x.shape[1]))
     for i, name in enumerate(names):

@@ -225,7 +225,8 @@ class _Ends:
         """Reciprocal; at a zero, which only a corner on the surface is, its mean over all
         directions: 0.
         """
-        first, second = _reciprocal(self.first), _reciprocal(self.second)
+        first = _reciprocal(self.first)
+        second = _reciprocal(self.second)
         return _Ends(first, second, -self.step * first * second)
 
 
@@ -250,8 +251,12 @@ class _Segment:
     def __init__(
         self, xi: np.ndarray, y: np.ndarray, z: np.ndarray, dy: float, floor: float
     ) -> None:
-        self.xi, self.z, self.dy, self.floor = xi, z, dy, floor
-        self.odd, y = np.sign(y), np.abs(y)
+        self.xi = xi
+        self.z = z
+        self.dy = dy
+        self.floor = floor
+        self.odd = np.sign(y)
+        y = np.abs(y)
         self.eta = _Ends(_snapped(y - dy / 2, dy, z), y + dy / 2, np.full_like(y, dy))
         self.square = xi * xi + z * z
         first = np.sqrt(self.square + self.eta.first * self.eta.first)
@@ -309,10 +314,10 @@ class _Segment:
     def angle(self) -> np.ndarray:
         """Integral of xi/(R (R + z)): the difference of atan(xi eta/(xi^2 + z (R + z)))."""
         above = self.xi * self.square * (self.dy + self.z * self.cube * self.product)
-        first, second = self.square + self.z * self.r.first, self.square + self.z * self.r.second
-        return np.arctan2(
-            above, first * second + self.xi * self.xi * self.eta.first * self.eta.second
-        )
+        first = self.square + self.z * self.r.first
+        second = self.square + self.z * self.r.second
+        below = first * second + self.xi * self.xi * self.eta.first * self.eta.second
+        return np.arctan2(above, below)
 
     @lazy_property
     def logarithm(self) -> np.ndarray:
@@ -400,17 +405,20 @@ def _near(
     z = np.where(z < SNAP * min(dx, dy), 0.0, z)
     columns = _snapped(np.concatenate([x + dx / 2, x[-1:] - dx / 2]), dx, z)
     rows = _snapped(np.concatenate([y + dy / 2, y[:, -1:] - dy / 2], axis=1), dy, z)
-    edges = _Segment(columns, y, z, dy, floor), _Segment(rows, x, z, dx, floor)
-    found = []
+    along_y = _Segment(columns, y, z, dy, floor)
+    along_x = _Segment(rows, x, z, dx, floor)
+    differences = []
     for kind in kinds:
-        axis = 0 if kind in _BETWEEN_EDGES else 1
-        form = _BETWEEN_EDGES[exchanged(kind) if axis else kind]
-        value = -np.diff(form(edges[axis]), axis=axis)
-        if kind in ("chi_x", "chi_y"):
-            across = edges[1 - axis]
-            value -= np.diff(across.odd * across.xi * across.logarithm, axis=1 - axis)
-        found.append(value)
-    return np.array(found)
+        if kind in _BETWEEN_EDGES:
+            difference = -np.diff(_BETWEEN_EDGES[kind](along_y), axis=0)
+        else:
+            difference = -np.diff(_BETWEEN_EDGES[exchanged(kind)](along_x), axis=1)
+        if kind == "chi_x":
+            difference -= np.diff(along_x.odd * along_x.xi * along_x.logarithm, axis=1)
+        elif kind == "chi_y":
+            difference -= np.diff(along_y.odd * along_y.xi * along_y.logarithm, axis=0)
+        differences.append(difference)
+    return np.array(differences)
 
 
 def _gauss(

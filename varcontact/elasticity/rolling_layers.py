@@ -26,7 +26,7 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 WAVES_AT_ONCE = 2_000_000
-"""Wave numbers times points."""
+"""Wave numbers times points of one product."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,10 @@ class Solids:
             (h, G / J, nu) for (h, G, nu), J in zip(self.stack.layers, compliances, strict=False)
         )
         base = self.stack.base
-        return Stack(
-            layers, base if isinstance(base, str) else (base[0] / compliances[-1], base[1])
-        )
+        if not isinstance(base, str):
+            G, nu = base
+            base = (G / compliances[-1], nu)
+        return Stack(layers, base)
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class RollingLayers(Homogeneous):
 
     @property
     def even(self) -> bool:
-        """Never: the past lies ahead."""
+        """False: the past lies ahead."""
         return False
 
     @property
@@ -101,24 +102,27 @@ class RollingLayers(Homogeneous):
         """Influence numbers of strips: xz by ``Re int i kappa S exp(ikx)/k``, S the transform of a
         strip.
         """
-        x, (dx, _), names = np.asarray(x, dtype=float), grid.sides, list(components)
-        found = self.surfaces.influence(grid, x, y, names)
+        x = np.asarray(x, dtype=float)
+        dx, _ = grid.sides
+        names = list(components)
+        half_spaces = self.surfaces.influence(grid, x, y, names)
         added = added_numbers(self.relaxed, grid, x, y, names)
+        # the rest of the symbols
         k, weights = wave_numbers(self.relaxed.thickness, 0.0, float(np.abs(x).max()) + dx)
         rolling = self._rolling(k)
         alpha, kappa, gamma, beta = (rolling.symbols(k) - rolling.symbols()) - (
             self.relaxed.symbols(k) - self.relaxed.symbols()[:, None]
         )
-        of = {"xx": alpha, "yy": beta, "zz": gamma, "xz": 1j * kappa, "zx": -1j * kappa}
+        rest = {"xx": alpha, "yy": beta, "zz": gamma, "xz": 1j * kappa, "zx": -1j * kappa}
+        rest = {name: rest[name] for name in names if name in rest}
+        # its integral over wave numbers
         strip = weights * np.sinc(k * dx / (2 * np.pi)) * dx / (np.pi * k)
-        symbols = np.array([of[name] * strip for name in names if name in of])
-        waves, places = np.zeros((len(symbols), x.size)), x.ravel()
+        symbols = np.array([symbol * strip for symbol in rest.values()])
+        waves = np.zeros((len(symbols), x.size))
+        places = x.ravel()
         for part in np.array_split(np.arange(k.size), 1 + k.size * x.size // WAVES_AT_ONCE):
             waves += (symbols[:, part] @ np.exp(1j * k[part, None] * places)).real
-        later = dict(
-            zip((name for name in names if name in of), waves.reshape(-1, *x.shape), strict=True)
-        )
-        return {
-            name: found[name] + added[name] + later[name] if name in of else found[name]
-            for name in names
-        }
+        numbers = dict(half_spaces)
+        for i, name in enumerate(rest):
+            numbers[name] = half_spaces[name] + added[name] + waves[i].reshape(x.shape)
+        return numbers

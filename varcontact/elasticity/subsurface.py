@@ -103,7 +103,8 @@ def field_at(
     if loaded.size:
         bottom, left = loaded.min(axis=0)
         top, right = loaded.max(axis=0) + 1
-        x, y = grid.x[left:right, None, None], grid.y[None, bottom:top, None]
+        x = grid.x[left:right, None, None]
+        y = grid.y[None, bottom:top, None]
         weights = np.swapaxes(tractions[:, bottom:top, left:right], 1, 2).reshape(3, -1)
         at_once = max(1, _PAIRS_AT_ONCE // (x.size * y.size))
         for start in range(0, points.shape[1], at_once):
@@ -139,7 +140,8 @@ def field_below(
     """
     ny, nx = grid.shape
     dx, dy = grid.sides
-    x, y = np.arange(nx - 1, -nx, -1) * dx, np.arange(ny - 1, -ny, -1) * dy
+    x = np.arange(nx - 1, -nx, -1) * dx
+    y = np.arange(ny - 1, -ny, -1) * dy
     box = fft_box(ny, nx)
     spectrum = spectrum_of(tractions, box)
     potentials = _potentials(grid, reference)
@@ -148,9 +150,8 @@ def field_below(
         sums = np.empty((len(KINDS), 3, ny, nx))
         values = potentials(x[:, None, None], y[None, :, None], np.array([depth]))[:, ::-1, ::-1, 0]
         for kind, table in enumerate(values):
-            sums[kind] = fields_of(
-                spectrum_of(wrapped(table.T, box), box) * spectrum, box, (ny, nx)
-            )
+            product = spectrum_of(wrapped(table.T, box), box) * spectrum
+            sums[kind] = fields_of(product, box, (ny, nx))
         fields.append(_combined(sums, depth, G, nu))
     return ElasticField(
         np.stack([field.displacement for field in fields], axis=1),
@@ -182,7 +183,9 @@ def _combined(sums: np.ndarray, z: np.ndarray | float, G: float, nu: float) -> E
         named["phi_zz"] = -(named["phi_xx"] + named["phi_yy"])
         named["chi_xxx"] = -(named["phi_xz"] + named["chi_xyy"])
         named["chi_yyy"] = -(named["phi_yz"] + named["chi_xxy"])
-        return (lambda kind: named[exchanged(kind)]) if exchange else (lambda kind: named[kind])
+        if exchange:
+            return lambda kind: named[exchanged(kind)]
+        return lambda kind: named[kind]
 
     along_x = _tangential(by_load(0), z, nu)
     along_y = _tangential(by_load(1, exchange=True), z, nu)
@@ -222,8 +225,12 @@ def _tangential(
         ],
     ]
     xx = 2 * Q("phi_x") - Q("chi_xxx") - 2 * nu * Q("omega_xyy")
-    xy, xz, yz = Q("phi_y") + mixed, Q("phi_z") - Q("phi_xx"), -Q("phi_xy")
-    stress = [[xx, xy, xz], [xy, across + 2 * nu * Q("phi_x"), yz], [xz, yz, -Q("phi_xz")]]
+    xy = Q("phi_y") + mixed
+    xz = Q("phi_z") - Q("phi_xx")
+    yy = across + 2 * nu * Q("phi_x")
+    yz = -Q("phi_xy")
+    zz = -Q("phi_xz")
+    stress = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     return np.array(u), np.array(gradient), np.array(stress)
 
 
@@ -235,8 +242,10 @@ def _normal(Q: _Sum, z: np.ndarray | float, nu: float) -> tuple[np.ndarray, np.n
         2 * (1 - nu) * Q("phi") - z * Q("phi_z"),
     ]
     xx, xy, yy = (-Q(f"phi_{ij}") - part * Q(f"chi_{ij}") for ij in ("xx", "xy", "yy"))
-    turn_x, turn_y = 2 * (1 - nu) * Q("phi_x"), 2 * (1 - nu) * Q("phi_y")
-    xz, yz = -Q("phi_xz"), -Q("phi_yz")
+    turn_x = 2 * (1 - nu) * Q("phi_x")
+    turn_y = 2 * (1 - nu) * Q("phi_y")
+    xz = -Q("phi_xz")
+    yz = -Q("phi_yz")
     gradient = [
         [xx, xy, xz - turn_x],
         [xy, yy, yz - turn_y],

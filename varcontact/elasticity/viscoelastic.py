@@ -34,8 +34,8 @@ Numbers = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Lagging:
-    """What of the displacements follows with one relaxation length: a factor of those of an elastic
-    medium.
+    """Part of the displacements that follows with one relaxation length: a factor of those of an
+    elastic medium.
 
     In a history the length stands for the relaxation time; 0 follows at once.
     """
@@ -66,7 +66,7 @@ class ViscoelasticMedium(Homogeneous):
 
     @property
     def even(self) -> bool:
-        """Unless something lags: the past lies ahead."""
+        """False where something lags: the past lies ahead."""
         return self.glassy.even and not any(each.length for each in self.lagging)
 
     @property
@@ -77,11 +77,11 @@ class ViscoelasticMedium(Homogeneous):
         """The bodies at the end of a step of a history: what follows the tractions' change in it,
         as if at once.
         """
-        followed = (each.factor * relaxed(time / each.length)[2] for each in self.lagging)
-        parts = zip(followed, self.lagging, strict=True)
-        return ViscoelasticMedium(
-            self.glassy, tuple(Lagging(0.0, part, each.medium) for part, each in parts)
-        )
+        at_once = []
+        for each in self.lagging:
+            _, _, weight = relaxed(time / each.length)
+            at_once.append(Lagging(0.0, each.factor * weight, each.medium))
+        return ViscoelasticMedium(self.glassy, tuple(at_once))
 
     def influence(
         self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
@@ -90,16 +90,16 @@ class ViscoelasticMedium(Homogeneous):
         what lies ahead.
         """
         names = list(components)
-        found = self.glassy.influence(grid, x, y, names)
+        numbers = self.glassy.influence(grid, x, y, names)
         for each in self.lagging:
             if each.length == 0:
-                later = each.medium.influence(grid, x, y, names)
+                lagged = each.medium.influence(grid, x, y, names)
             else:
-                later = _lagged_numbers(
+                lagged = _lagged_numbers(
                     each, grid, np.asarray(x, dtype=float), np.asarray(y, dtype=float), names
                 )
-            found = {name: found[name] + each.factor * later[name] for name in names}
-        return found
+            numbers = {name: numbers[name] + each.factor * lagged[name] for name in names}
+        return numbers
 
 
 def relaxed(ratio: float) -> tuple[float, float, float]:
@@ -115,7 +115,8 @@ def moved(fields: np.ndarray, columns: float) -> np.ndarray:
     """Fields (..., n) of particles that were so many columns further along x; nothing comes from
     beyond.
 
-    By cubics through four points, which keep the sum, the centre and the width of what moves.
+    Interpolated by cubics through four points, which keep the sum, the centre and the width of what
+    moves.
     """
     count = fields.shape[-1]
     whole = math.floor(max(-count - 2.0, min(count + 2.0, columns)))
@@ -126,15 +127,13 @@ def moved(fields: np.ndarray, columns: float) -> np.ndarray:
         -(c + 1) * c * (c - 2) / 2,
         (c**3 - c) / 6,
     )
-    found = np.zeros_like(fields)
+    shifted = np.zeros_like(fields)
     for ahead, weight in enumerate(weights, whole - 1):
         if weight:
-            to, come = (
-                slice(max(0, -ahead), max(0, count - ahead)),
-                slice(max(0, ahead), max(0, count + ahead)),
-            )
-            found[..., to] += weight * fields[..., come]
-    return found
+            target = slice(max(0, -ahead), max(0, count - ahead))
+            source = slice(max(0, ahead), max(0, count + ahead))
+            shifted[..., target] += weight * fields[..., source]
+    return shifted
 
 
 # ----------------------------------------------------------------------- means over what lies ahead
@@ -143,26 +142,25 @@ def moved(fields: np.ndarray, columns: float) -> np.ndarray:
 def _lagged_numbers(
     each: Lagging, grid: Grid, x: np.ndarray, y: np.ndarray, names: list[str]
 ) -> dict[str, np.ndarray]:
-    """At places x (n,) and rows y (m, 1): by recursion from the front backwards on each lattice of
-    places.
+    """Lagged numbers at places x (n,) and rows y (m, 1): by recursion from the front backwards on
+    each lattice of places.
     """
 
     def numbers(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        found = each.medium.influence(grid, x, y, names)
-        return np.stack(np.broadcast_arrays(*(found[name] for name in names)))
+        elastic = each.medium.influence(grid, x, y, names)
+        return np.stack(np.broadcast_arrays(*(elastic[name] for name in names)))
 
     dx, dy = grid.sides
-    found = np.empty((len(names), y.size, x.size))
+    lagged = np.empty((len(names), y.size, x.size))
     places = np.round((x / dx) % 1.0, 9) % 1.0
     for place in np.unique(places):
         chosen = np.flatnonzero(places == place)
         steps = np.round(x[chosen] / dx - place).astype(int)
         last = max(int(steps.max()), 0 if place + 0.5 >= 1 else 1)  # beyond the element
-        rows = _lagged_rows(
-            numbers, (np.arange(steps.min(), last + 1) + place) * dx, y, dx, dy, each.length
-        )
-        found[:, :, chosen] = rows[:, :, steps - steps.min()]
-    return dict(zip(names, found, strict=True))
+        lattice = (np.arange(steps.min(), last + 1) + place) * dx
+        rows = _lagged_rows(numbers, lattice, y, dx, dy, each.length)
+        lagged[:, :, chosen] = rows[:, :, steps - steps.min()]
+    return dict(zip(names, lagged, strict=True))
 
 
 def _lagged_rows(
@@ -173,54 +171,56 @@ def _lagged_rows(
     ``C(x) = integral_0^dx B(x + s) exp(-s/l) ds/l + exp(-dx/l) C(x + dx)``. B has logarithms at the
     element's edges, one of which lies in each step near it: there Gauss's rule is dense.
     """
-    found = np.empty((*numbers(x[:1], y[:1]).shape[:1], y.size, x.size))
-    near_x, near_y = np.abs(x + dx / 2) < NEAR * dx, np.abs(y.ravel()) < NEAR * dy
+    count, *_ = numbers(x[:1], y[:1]).shape
+    lagged = np.empty((count, y.size, x.size))
+    # means over the first step ahead
+    near_x = np.abs(x + dx / 2) < NEAR * dx
+    near_y = np.abs(y.ravel()) < NEAR * dy
     edge = (dx / 2 - x[0]) % dx
-    dense = _rule([0.0, edge, dx] if 0 < edge < dx else [0.0, dx], length, 16, True)
+    ends = [0.0, edge, dx] if 0 < edge < dx else [0.0, dx]
+    dense = _rule(ends, length, 16, True)
     plain = _rule([0.0, dx], length, 6, False)
+    everywhere = np.ones(x.size, dtype=bool)
     for rows, columns, (s, weights) in (
         (near_y, near_x, dense),
         (near_y, ~near_x, plain),
-        (~near_y, np.ones(x.size, dtype=bool), plain),
+        (~near_y, everywhere, plain),
     ):
         places = (x[columns, None] + s).ravel()
-        each = max(1, BATCH // max(places.size, 1))
-        for some in (
-            np.array_split(np.flatnonzero(rows), math.ceil(rows.sum() / each))
-            if places.size and rows.any()
-            else ()
-        ):
-            values = numbers(places, y[some]).reshape(len(found), some.size, -1, s.size)
-            found[np.ix_(np.arange(len(found)), some, np.flatnonzero(columns))] = values @ weights
-    least, most = min(dx, length) / 4, FAR * length + dx
-    s, weights = _rule(
-        [0.0, *(least * 2.0 ** np.arange(math.ceil(math.log2(most / least)) + 1))],
-        length,
-        16,
-        False,
-    )
-    later = numbers(x[-1] + dx + s, y).reshape(len(found), y.size, s.size) @ weights
+        if places.size == 0 or not rows.any():
+            continue
+        rows_at_once = max(1, BATCH // places.size)
+        for some in np.array_split(np.flatnonzero(rows), math.ceil(rows.sum() / rows_at_once)):
+            values = numbers(places, y[some]).reshape(count, some.size, -1, s.size)
+            lagged[np.ix_(np.arange(count), some, np.flatnonzero(columns))] = values @ weights
+    # the mean over all that lies ahead of the front, and from there backwards
+    least = min(dx, length) / 4
+    most = FAR * length + dx
+    doublings = math.ceil(math.log2(most / least))
+    s, weights = _rule([0.0, *(least * 2.0 ** np.arange(doublings + 1))], length, 16, False)
+    mean = numbers(x[-1] + dx + s, y).reshape(count, y.size, s.size) @ weights
     decay = math.exp(-dx / length)
     for i in range(x.size - 1, -1, -1):
-        later = found[..., i] = found[..., i] + decay * later
-    return found
+        mean = lagged[..., i] + decay * mean
+        lagged[..., i] = mean
+    return lagged
 
 
 def _rule(
     ends: list[float], length: float, points: int, dense: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points and weights of integrals with ``exp(-s/l)/l``, on panels that resolve it; dense: about
-    their ends.
+    """Points and weights of integrals with ``exp(-s/l)/l``, on panels that resolve it; `dense`
+    about their ends.
     """
-    first, last = ends[0], ends[-1]
+    first = ends[0]
+    last = ends[-1]
     cuts = first + length * 2.0 ** np.arange(6)
     edges = np.unique([*ends, *cuts[cuts < last]])
     nodes, weights = np.polynomial.legendre.leggauss(points)
     if dense:
-        nodes, weights = (
-            -np.cos(np.pi * (1 + nodes) / 2),
-            weights * np.pi / 2 * np.sin(np.pi * (1 + nodes) / 2),
-        )
+        angles = np.pi * (1 + nodes) / 2
+        nodes = -np.cos(angles)
+        weights = weights * np.pi / 2 * np.sin(angles)
     half = np.diff(edges)[:, None] / 2
     s = (edges[:-1, None] + half * (1 + nodes)).ravel()
     return s, (half * weights).ravel() * np.exp(-s / length) / length
