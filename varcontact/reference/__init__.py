@@ -21,8 +21,27 @@ from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.reference.spence import spence_ratio
 
 __all__ = [
-    "Bufler", "Carter", "CattaneoLine", "CattaneoMindlin", "CreepageCoefficients", "HertzContact", "Hunter",
-    "LineContact", "bufler", "carter", "cattaneo_line", "cattaneo_mindlin", "creepage_coefficients",
-    "elliptic_integrals", "harmonic_coefficients", "harmonic_line", "hertz", "hertz_ellipse", "hunter",
-    "line_contact", "no_slip_coefficients", "no_slip_ellipse", "spence_ratio"
-]  # fmt: skip
+    "Bufler",
+    "Carter",
+    "CattaneoLine",
+    "CattaneoMindlin",
+    "CreepageCoefficients",
+    "HertzContact",
+    "Hunter",
+    "LineContact",
+    "bufler",
+    "carter",
+    "cattaneo_line",
+    "cattaneo_mindlin",
+    "creepage_coefficients",
+    "elliptic_integrals",
+    "harmonic_coefficients",
+    "harmonic_line",
+    "hertz",
+    "hertz_ellipse",
+    "hunter",
+    "line_contact",
+    "no_slip_coefficients",
+    "no_slip_ellipse",
+    "spence_ratio",
+]

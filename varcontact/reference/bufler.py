@@ -134,8 +134,10 @@ def bufler(
     elastic(bodies)
     eta = math.atanh(bodies.K / (1 - bodies.combined_nu)) / math.pi
     more = 1 + 4 * eta**2  # so many times the force of Hertz's contact of the same half-width
-    hertz = line_contact(
-        R, bodies, force=None if force is None else positive("force", force) / more, a=a
-    )
-    force = more * hertz.force if force is None else float(force)
+    if force is None:
+        hertz = line_contact(R, bodies, a=a)
+        force = more * hertz.force
+    else:
+        hertz = line_contact(R, bodies, force=positive("force", force) / more)
+        force = float(force)
     return Bufler(hertz.a, force, -2 * eta * hertz.a / hertz.R, eta, hertz.R, bodies)

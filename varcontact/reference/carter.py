@@ -52,23 +52,24 @@ class Carter:
         """Traction along x [force/area] at points `x` [length]: the bound, less a Hertz-like one
         where it sticks.
         """
-        a, c = self.contact.a, self.stick_half_width
+        a = self.contact.a
+        c = self.stick_half_width
         outer = np.sqrt(np.maximum(a**2 - np.asarray(x) ** 2, 0.0)) / a
         inner = np.sqrt(np.maximum(c**2 - (np.asarray(x) - (a - c)) ** 2, 0.0)) / a
-        return math.copysign(self.friction * self.contact.peak_pressure, -self.creepage) * (
-            outer - inner
-        )
+        peak = math.copysign(self.friction * self.contact.peak_pressure, -self.creepage)
+        return peak * (outer - inner)
 
     def slip(self, x: np.ndarray) -> np.ndarray:
         """Relative slip [-] of body 1 over body 2 at points `x` [length]: zero in the stick area,
         nan outside.
         """
-        x, a, c = np.asarray(x, dtype=float), self.contact.a, self.stick_half_width
+        x = np.asarray(x, dtype=float)
+        a = self.contact.a
+        c = self.stick_half_width
         beyond = np.maximum((x - (a - c)) ** 2 - c**2, 0.0)
+        elastic = self.friction / self.contact.R * np.sqrt(beyond)
         excess = max(abs(self.creepage) - self.full_sliding_creepage, 0.0)
-        size = (
-            np.where(x <= a - 2 * c, self.friction / self.contact.R * np.sqrt(beyond), 0.0) + excess
-        )
+        size = np.where(x <= a - 2 * c, elastic, 0.0) + excess
         return np.where(np.abs(x) <= a, math.copysign(1.0, self.creepage) * size, np.nan)
 
 
@@ -115,29 +116,22 @@ def carter(
     >>> from varcontact.reference import line_contact
     >>> contact = line_contact(2.0, Bodies(G=1.0, nu=0.25), a=0.01)
     >>> rolling = carter(contact, 0.3, force=-0.75 * 0.3 * contact.force)
-    >>> print(f"{rolling.stick_half_width:.6f} {rolling.creepage:.6f} {rolling.full_sliding_creepage:.6f}")
-    0.005000 0.000750 0.001500
+    >>> print(f"{rolling.stick_half_width:.6f} {rolling.creepage:.6f}")
+    0.005000 0.000750
+    >>> print(f"{rolling.full_sliding_creepage:.6f}")
+    0.001500
     """
-    limit, friction = friction_limit(contact, friction), float(friction)
+    limit = friction_limit(contact, friction)
+    friction = float(friction)
     full = friction * contact.a / contact.R
     exactly_one(creepage=creepage, force=force)
     if creepage is None:
         force = number("force", force)
         part = part_of_limit(force, limit)
         root = math.sqrt(1 - part)
-        return Carter(
-            contact,
-            friction,
-            -math.copysign(full * part / (1 + root), force),
-            force,
-            contact.a * root,
-        )
+        creepage = -math.copysign(full * part / (1 + root), force)
+        return Carter(contact, friction, creepage, force, contact.a * root)
     creepage = number("creepage", creepage)
     part = min(abs(creepage) / full, 1.0)
-    return Carter(
-        contact,
-        friction,
-        creepage,
-        -math.copysign(limit * part * (2 - part), creepage),
-        contact.a * (1 - part),
-    )
+    force = -math.copysign(limit * part * (2 - part), creepage)
+    return Carter(contact, friction, creepage, force, contact.a * (1 - part))

@@ -48,7 +48,9 @@ class CattaneoMindlin:
         where it sticks.
         """
         r2 = np.asarray(x) ** 2 + np.asarray(y) ** 2
-        p0, a, c = self.friction * self.contact.peak_pressure, self.contact.a, self.stick_radius
+        p0 = self.friction * self.contact.peak_pressure
+        a = self.contact.a
+        c = self.stick_radius
         outer = np.sqrt(np.maximum(a**2 - r2, 0.0)) / a
         inner = np.sqrt(np.maximum(c**2 - r2, 0.0)) / a
         return math.copysign(p0, self.force) * (outer - inner)
@@ -97,7 +99,8 @@ def cattaneo_mindlin(
     """
     kind("contact", contact, HertzContact, more=", from hertz")
     elastic(bodies)
-    friction, force = positive("friction", friction), number("force", force)
+    friction = positive("friction", friction)
+    force = number("force", force)
     limit = friction * contact.force
     part = part_of_limit(force, limit)
     size = 3 * (2 - bodies.combined_nu) * limit / (8 * bodies.combined_G * contact.a)
@@ -130,12 +133,13 @@ class CattaneoLine:
         """Traction along x [force/area] at points `x` [length]: the bound, less Hertz's shape where
         it sticks.
         """
-        x2, a, c = np.asarray(x) ** 2, self.contact.a, self.stick_half_width
+        x2 = np.asarray(x) ** 2
+        a = self.contact.a
+        c = self.stick_half_width
         outer = np.sqrt(np.maximum(a**2 - x2, 0.0)) / a
         inner = np.sqrt(np.maximum(c**2 - x2, 0.0)) / a
-        return math.copysign(self.friction * self.contact.peak_pressure, self.force) * (
-            outer - inner
-        )
+        peak = math.copysign(self.friction * self.contact.peak_pressure, self.force)
+        return peak * (outer - inner)
 
     def slip(self, x: np.ndarray) -> np.ndarray:
         """Shift [length] of body 1 over body 2 at points `x` [length]: zero in the stick area, nan
@@ -143,12 +147,8 @@ class CattaneoLine:
         """
         c = self.stick_half_width
         ratio = np.maximum(np.abs(np.asarray(x, dtype=float)) / c, 1.0)
-        size = (
-            self.friction
-            * c**2
-            / (2 * self.contact.R)
-            * (ratio * np.sqrt(ratio**2 - 1) - np.arccosh(ratio))
-        )
+        factor = self.friction * c**2 / (2 * self.contact.R)
+        size = factor * (ratio * np.sqrt(ratio**2 - 1) - np.arccosh(ratio))
         return np.where(np.abs(x) <= self.contact.a, -math.copysign(1.0, self.force) * size, np.nan)
 
 
@@ -190,6 +190,7 @@ def cattaneo_line(contact: LineContact, friction: float, force: float) -> Cattan
     >>> print(f"{cattaneo_line(contact, 0.3, 0.75 * 0.3 * contact.force).stick_half_width:.6f}")
     0.005000
     """
-    limit, force = friction_limit(contact, friction), number("force", force)
+    limit = friction_limit(contact, friction)
+    force = number("force", force)
     part = part_of_limit(force, limit)
     return CattaneoLine(contact, float(friction), force, contact.a * math.sqrt(1 - part))

@@ -19,16 +19,17 @@ from varcontact.errors import SceneError
 from varcontact.reference.no_slip_ellipse import Kernel, check_ellipse, no_slip_ellipse
 from varcontact.system.process import one_blas_thread
 
-DEGREE, MODES = 80, 20
-"""Polynomials' degree and Fourier's modes: six digits for a/b in [0.2, 10] and kappa a up to
-`HIGHEST`."""
+DEGREE = 80
+"""Degree of the polynomials: six digits for a/b in [0.2, 10] and kappa a up to `KAPPA_MAX`."""
+MODES = 20
+"""Fourier's modes, for the same digits."""
 PERIOD = 1.6
-"""Period of Fourier's extension of k(y), by the width of the contact."""
-HIGHEST = 20.0
+"""Period of Fourier's extension of k(y), divided by the width of the contact."""
+KAPPA_MAX = 20.0
 """Largest kappa a: beyond it degree and modes resolve the waves no longer."""
-SLOW = 1e-4
+KAPPA_LINEAR = 1e-4
 """Kappa a below which coefficients are linear in it: the formulas divide by its square."""
-LEAST_RATIO = 0.1
+RATIO_MIN = 0.1
 """Ellipses more slender than this, either way, would need more degrees and modes."""
 
 
@@ -74,62 +75,59 @@ def harmonic_coefficients(a_over_b: float, nu: float, kappa_a: float) -> np.ndar
     """
     from scipy.special import spherical_jn
 
-    ratio, nu = check_ellipse(a_over_b, nu, LEAST_RATIO)
-    allowed = f"in [0, {HIGHEST:g}]"
+    ratio, nu = check_ellipse(a_over_b, nu, RATIO_MIN)
+    allowed = f"in [0, {KAPPA_MAX:g}]"
     frequency = checks.number("kappa_a", kappa_a, allowed)
-    if not 0 <= frequency <= HIGHEST:
+    if not 0 <= frequency <= KAPPA_MAX:
         raise SceneError("kappa_a", frequency, allowed)
-    if frequency < SLOW:
+    if frequency < KAPPA_LINEAR:
         steady = no_slip_ellipse(ratio, nu).astype(complex)
-        slow = steady if frequency == 0 else harmonic_coefficients(ratio, nu, SLOW)
-        return steady + frequency / SLOW * (slow - steady)
-    a, b = math.sqrt(ratio), 1 / math.sqrt(ratio)
+        slow = steady if frequency == 0 else harmonic_coefficients(ratio, nu, KAPPA_LINEAR)
+        return steady + frequency / KAPPA_LINEAR * (slow - steady)
+    # kernels on the edge, from the waves of Fourier's series
+    a = math.sqrt(ratio)
+    b = 1 / math.sqrt(ratio)
     kappa = frequency / a
     edge = np.pi * np.arange(1, 2 * MODES + 24) / (2 * MODES + 24) - np.pi / 2
     eta = np.pi * np.arange(-MODES, MODES + 1) / (PERIOD * b)
-    radius, angle = np.hypot(frequency, eta * b), np.arctan2(eta * b, frequency)
+    radius = np.hypot(frequency, eta * b)
+    angle = np.arctan2(eta * b, frequency)
     kernel = Kernel(a, b, nu, DEGREE, np.array([*edge, 0.0, np.pi / 2, *angle]))
-    points, n, weight = np.arange(edge.size), np.arange(DEGREE + 1), np.cos(edge)
-    ALONG, ACROSS, first = edge.size, edge.size + 1, edge.size + 2
+    points = np.arange(edge.size)
+    n = np.arange(DEGREE + 1)
+    weight = np.cos(edge)
+    ALONG = edge.size
+    ACROSS = edge.size + 1
+    first = edge.size + 2
     # exp(i (kappa x + eta y)) = sum over n of (2n + 1) i^n j_n(radius) P_n(cos(t - angle))
     waves = (2 * n + 1) * 1j**n * spherical_jn(n, radius[:, None])
     along = (2 * n + 1) * 1j**n * spherical_jn(n, frequency)
-    singular = (kernel.of_all_degrees(points, first + m) for m in range(eta.size))
-    matrix = np.stack(
-        [np.einsum("tinj,n->tij", K, wave) for K, wave in zip(singular, waves, strict=True)], axis=2
-    )
+    by_wave = []
+    for m, wave in enumerate(waves):
+        by_wave.append(np.einsum("tinj,n->tij", kernel.of_all_degrees(points, first + m), wave))
+    matrix = np.stack(by_wave, axis=2)
     # u by vx is (i/kappa) (1 - exp(i kappa x)); by spin (-i y/kappa, i x/kappa + (1 - exp(i kappa
     # x))/kappa^2)
-    lift = kernel(0, points, ALONG) - np.einsum(
-        "tinj,n->tij", kernel.of_all_degrees(points, ALONG), along
-    )
-    turn = (
-        1j
-        / kappa
-        * (a * kernel(1, points, ALONG)[:, :, 1] - b * kernel(1, points, ACROSS)[:, :, 0])
-    )
-    rigid = np.concatenate(
-        [1j / kappa * lift, (turn + lift[:, :, 1] / kappa**2)[..., None]], axis=-1
-    )
+    wave_along = np.einsum("tinj,n->tij", kernel.of_all_degrees(points, ALONG), along)
+    lift = kernel(0, points, ALONG) - wave_along
+    moment_arm = a * kernel(1, points, ALONG)[:, :, 1] - b * kernel(1, points, ACROSS)[:, :, 0]
+    turn = 1j / kappa * moment_arm
+    by_spin = (turn + lift[:, :, 1] / kappa**2)[..., None]
+    rigid = np.concatenate([1j / kappa * lift, by_spin], axis=-1)
+    # no singular traction at the leading edge, by least squares
     equations = (matrix * weight[:, None, None, None]).reshape(2 * edge.size, -1)
-    k, *_ = np.linalg.lstsq(
-        equations, -(rigid * weight[:, None, None]).reshape(2 * edge.size, 3), rcond=1e-13
-    )
+    right = -(rigid * weight[:, None, None]).reshape(2 * edge.size, 3)
+    k, *_ = np.linalg.lstsq(equations, right, rcond=1e-13)
     k = k.reshape(eta.size, 2, 3)
     # force and moment are the parts of degree 0 and 1; columns of `constant` are vx, vy and spin
     constant = np.array([[1j / kappa, 0, 0], [0, 1j / kappa, 1 / kappa**2]])
-    force = (
-        4
-        * np.pi
-        * kernel(0, points[:1], ALONG)[0]
-        @ (np.tensordot(waves[:, 0], k, 1) + (1 - along[0]) * constant)
-    )
+    mean = np.tensordot(waves[:, 0], k, 1) + (1 - along[0]) * constant
+    force = 4 * np.pi * kernel(0, points[:1], ALONG)[0] @ mean
     ends = np.array([ALONG, ACROSS])
     by_edge = sum(wave * kernel(1, ends, first + m) @ k[m] for m, wave in enumerate(waves[:, 1]))
     by_edge = by_edge - along[1] * kernel(1, ends, ALONG) @ constant
-    by_edge[:, :, 2] += (
-        1j / kappa * (a * kernel(1, ends, ALONG)[:, :, 1] - b * kernel(1, ends, ACROSS)[:, :, 0])
-    )
+    moment_arm = a * kernel(1, ends, ALONG)[:, :, 1] - b * kernel(1, ends, ACROSS)[:, :, 0]
+    by_edge[:, :, 2] += 1j / kappa * moment_arm
     moment = 4 * np.pi / 3 * (a * by_edge[0, 1] - b * by_edge[1, 0])
     return -np.array([force[0], force[1], moment])
 
@@ -175,8 +173,7 @@ def harmonic_line(kappa_a: float, nu: float, depth_over_a: float) -> complex:
     nu = checks.poisson_ratio("nu", nu)
     depth = checks.positive("depth_over_a", depth_over_a)
     if depth < 2:
-        raise SceneError(
-            "depth_over_a", depth, "at least 2: the depth is beyond the length of the contact"
-        )
+        allowed = "at least 2: the depth is beyond the length of the contact"
+        raise SceneError("depth_over_a", depth, allowed)
     both = complex(j0(kappa), j1(kappa))
     return math.pi / (2 * (1 - nu)) * both / (j0(kappa) + 1j * kappa * math.log(2 * depth) * both)

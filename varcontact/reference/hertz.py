@@ -71,8 +71,10 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     Examples
     --------
     >>> integrals = elliptic_integrals(0.5)
-    >>> print(f"{integrals.B:.4f} {integrals.C:.4f} {integrals.D:.4f} {integrals.E:.4f} {integrals.K:.4f}")
-    0.8959 0.4863 1.2606 1.2111 2.1565
+    >>> print(f"{integrals.B:.4f} {integrals.C:.4f} {integrals.D:.4f}")
+    0.8959 0.4863 1.2606
+    >>> print(f"{integrals.E:.4f} {integrals.K:.4f}")
+    1.2111 2.1565
     """
     from scipy.special import elliprd, elliprf, elliprg
 
@@ -163,13 +165,16 @@ class HertzContact:
         """
         # elements are differences of corners: digits that the platform has beyond double are
         # welcome
-        x, y = np.asarray(x, dtype=np.longdouble), np.asarray(y, dtype=np.longdouble)
-        X, Y = np.clip(x / self.a, -1.0, 1.0), np.clip(y / self.b, -1.0, 1.0)
+        x = np.asarray(x, dtype=np.longdouble)
+        y = np.asarray(y, dtype=np.longdouble)
+        X = np.clip(x / self.a, -1.0, 1.0)
+        Y = np.clip(y / self.b, -1.0, 1.0)
         if math.isinf(self.b):
             share = np.diff(X * np.sqrt(1 - X**2) + np.arcsin(X))[None, :] / math.pi
             total = self.force / np.diff(x)[None, :]
         else:
-            X, Y = X[None, :], Y[:, None]
+            X = X[None, :]
+            Y = Y[:, None]
             R = np.sqrt(np.maximum(1 - X**2 - Y**2, 0.0))
             caps = X * (3 - X**2) * np.arctan2(Y, R) + Y * (3 - Y**2) * np.arctan2(X, R)
             volume = np.asarray(2 * X * Y * R + caps - 2 * np.arctan2(X * Y, R)) / (4 * math.pi)
@@ -204,13 +209,17 @@ class HertzContact:
         array([[1., 1.],
                [1., 1.]])
         """
-        x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-        X, Y = np.clip(x / self.a, -1.0, 1.0), np.clip(y / self.b, -1.0, 1.0)
+        x = np.asarray(x, dtype=float)
+        y = np.asarray(y, dtype=float)
+        X = np.clip(x / self.a, -1.0, 1.0)
+        Y = np.clip(y / self.b, -1.0, 1.0)
         if math.isinf(self.b):
             part = np.diff(X)[None, :] * self.a / np.diff(x)[None, :]
             return np.where(part > 1 - WHOLE, 1.0, part)
-        X, Y = X[None, :], Y[:, None]
-        along, across = (np.arccos(np.abs(Z)) - np.abs(Z) * np.sqrt(1 - Z**2) for Z in (X, Y))
+        X = X[None, :]
+        Y = Y[:, None]
+        along = np.arccos(np.abs(X)) - np.abs(X) * np.sqrt(1 - X**2)
+        across = np.arccos(np.abs(Y)) - np.abs(Y) * np.sqrt(1 - Y**2)
         beyond = np.sign(X) * np.sign(Y) * (math.pi / 4 - along / 2 - across / 2)
         corners = np.where(X**2 + Y**2 <= 1, X * Y, beyond)
         area = np.diff(np.diff(corners, axis=0), axis=1) * self.a * self.b
@@ -272,18 +281,22 @@ def hertz(
     >>> print(f"{contact.a:.6f} {contact.force:.4f}")
     0.001000 284.4444
     """
-    Rx, Ry = positive("Rx", Rx), positive("Ry", Ry)
+    Rx = positive("Rx", Rx)
+    Ry = positive("Ry", Ry)
     _check_slender("Rx", Rx, "Ry", Ry, 1 / LEAST_RATIO**1.5)
     ratio = _axial_ratio(max(Rx, Ry) / min(Rx, Ry))
-    integrals, curvature = elliptic_integrals(ratio), 0.5 / Rx + 0.5 / Ry
+    integrals = elliptic_integrals(ratio)
+    curvature = 0.5 / Rx + 0.5 / Ry
     exactly_one(force=force, approach=approach)
     n = _normal_constant(bodies)
     if force is not None:  # (104), A + B = n N E m' / S^3
         minor = (n * positive("force", force) * integrals.E * ratio / curvature) ** (1 / 3)
     else:  # with (92), q = n N K m' / S
         minor = math.sqrt(positive("approach", approach) * integrals.E / (integrals.K * curvature))
-    a, b = (minor, minor / ratio) if Rx <= Ry else (minor / ratio, minor)
-    return _contact(a, b, Rx, Ry, n * integrals.K * ratio / minor, force, approach)
+    by_force = n * integrals.K * ratio / minor
+    if Rx <= Ry:
+        return _contact(minor, minor / ratio, Rx, Ry, by_force, force, approach)
+    return _contact(minor / ratio, minor, Rx, Ry, by_force, force, approach)
 
 
 def semi_axes(
@@ -295,9 +308,11 @@ def semi_axes(
     from scipy.special import elliprg
 
     ratio = _axial_ratios(np.abs(np.log(Rx / Ry)))
-    E, curvature = 2 * elliprg(0, ratio**2, 1), 0.5 / Rx + 0.5 / Ry
+    E = 2 * elliprg(0, ratio**2, 1)
+    curvature = 0.5 / Rx + 0.5 / Ry
     minor = (3 * (1 - nu) / (2 * math.pi * G) * force * E * ratio / curvature) ** (1 / 3)
-    return np.where(Rx <= Ry, minor, minor / ratio), np.where(Rx <= Ry, minor / ratio, minor)
+    major = minor / ratio
+    return np.where(Rx <= Ry, minor, major), np.where(Rx <= Ry, major, minor)
 
 
 def _axial_ratios(log_radii: np.ndarray | float) -> np.ndarray | float:
@@ -306,12 +321,14 @@ def _axial_ratios(log_radii: np.ndarray | float) -> np.ndarray | float:
     """
     from scipy.special import elliprd
 
-    log_ratio, change = -0.5 * log_radii, 1.0
+    log_ratio = -0.5 * log_radii
+    change = 1.0
     # contracts by a third or more
     while change > 4 * np.finfo(float).eps * (1 + np.max(log_radii)):
         k2 = np.exp(2 * log_ratio)
         new = (np.log(k2 * elliprd(0, 1, k2) / elliprd(0, k2, 1)) - log_radii) / 2
-        change, log_ratio = np.abs(new - log_ratio).max(), np.minimum(new, 0.0)
+        change = np.abs(new - log_ratio).max()
+        log_ratio = np.minimum(new, 0.0)
     return np.exp(log_ratio)
 
 
@@ -368,7 +385,8 @@ def hertz_ellipse(
     >>> print(f"{again.a:.6f} {again.b:.6f}")
     0.006000 0.003000
     """
-    a, b = positive("a", a), positive("b", b)
+    a = positive("a", a)
+    b = positive("b", b)
     _check_slender("a", a, "b", b, 1 / LEAST_RATIO)
     integrals = elliptic_integrals(min(a, b) / max(a, b))
     n = _normal_constant(bodies)
@@ -376,19 +394,17 @@ def hertz_ellipse(
     by_force = n * integrals.K / max(a, b)
     force = positive("approach", approach) / by_force if force is None else positive("force", force)
     scale = 2 * n * force / (a * b * min(a, b))
-    sharp, blunt = (
-        1 / (scale * integrals.B),
-        1 / (scale * (min(a, b) / max(a, b)) ** 2 * integrals.D),
-    )
-    return _contact(
-        a, b, *((sharp, blunt) if a <= b else (blunt, sharp)), by_force, force, approach
-    )
+    smaller = 1 / (scale * integrals.B)
+    larger = 1 / (scale * (min(a, b) / max(a, b)) ** 2 * integrals.D)
+    if a <= b:
+        return _contact(a, b, smaller, larger, by_force, force, approach)
+    return _contact(a, b, larger, smaller, by_force, force, approach)
 
 
-def _check_slender(one: str, first: float, other: str, second: float, most: float) -> None:
+def _check_slender(x_name: str, x: float, y_name: str, y: float, most: float) -> None:
     """Refuse contacts so slender that the square of their axial ratio is nothing."""
-    if max(first, second) > most * min(first, second):
-        raise SceneError(f"{one}, {other}", (first, second), f"at most {most:g} times one another")
+    if max(x, y) > most * min(x, y):
+        raise SceneError(f"{x_name}, {y_name}", (x, y), f"at most {most:g} times one another")
 
 
 def _normal_constant(bodies: CombinedConstants) -> float:
@@ -400,9 +416,8 @@ def _normal_constant(bodies: CombinedConstants) -> float:
 def _contact(
     a: float, b: float, Rx: float, Ry: float, by_force: float, force: Any, approach: Any
 ) -> HertzContact:
-    """Complete a contact by (92) and (89) from the ellipse and what is given of force and
-    approach.
-    """
+    """Complete a contact by (92) and (89) from the ellipse and the force or the approach."""
     force = float(approach) / by_force if force is None else float(force)
     approach = by_force * force if approach is None else float(approach)
-    return HertzContact(a, b, approach, force, 1.5 * force / (math.pi * a * b), Rx, Ry)
+    peak_pressure = 1.5 * force / (math.pi * a * b)
+    return HertzContact(a, b, approach, force, peak_pressure, Rx, Ry)

@@ -81,20 +81,18 @@ def hunter(
     """
     from scipy.special import ive, kve
 
-    a, R, G = checks.positive("a", a), checks.positive("R", R), checks.positive("G", G)
+    a = checks.positive("a", a)
+    R = checks.positive("R", R)
+    G = checks.positive("G", G)
     nu = checks.poisson_ratio("nu", nu)
-    f, length = (
-        checks.positive("part", part),
-        checks.positive("relaxation_length", relaxation_length),
-    )
+    f = checks.positive("part", part)
+    length = checks.positive("relaxation_length", relaxation_length)
     relaxed = (1 + f) * a / length
     ratio = float(kve(1, a / length) / kve(0, a / length))
-    centre = (
-        length * f / (1 + f) * float(ive(1, relaxed) / (ive(1, relaxed) + ive(0, relaxed) * ratio))
-    )
+    bessel = float(ive(1, relaxed) / (ive(1, relaxed) + ive(0, relaxed) * ratio))
+    centre = length * f / (1 + f) * bessel
     compliance = 2 * (1 - nu) / G * R
     force = math.pi * (a * a / 2 + centre * a * ratio) / (compliance * (1 + f))
-    moment = centre * force - (
-        (centre - length) * math.pi * a * a / (2 * compliance) + length * force
-    ) / (1 + f)
+    elastic = (centre - length) * math.pi * a * a / (2 * compliance)
+    moment = centre * force - (elastic + length * force) / (1 + f)
     return Hunter(a, centre, force, moment)

@@ -112,31 +112,23 @@ def line_contact(
 
         if depth is None:
             raise SceneError("depth", None, "given: the approach is measured from a depth")
-        approach, depth = positive("approach", approach), positive("depth", depth)
+        approach = positive("approach", approach)
+        depth = positive("depth", depth)
         if approach >= depth**2 / R:
             allowed = f"far below depth^2/R = {depth**2 / R:.6g}, where plane strain ends"
             raise SceneError("approach", approach, allowed)
         # approach = a^2/(2 R) (ln(2 d/a) + 1/2), which grows with a up to a = 2 d: by Lambert's
         # function
-        a = (
-            2
-            * depth
-            * math.exp((1 + float(lambertw(-approach * R / (depth**2 * math.e), -1).real)) / 2)
-        )
+        branch = float(lambertw(-approach * R / (depth**2 * math.e), -1).real)
+        a = 2 * depth * math.exp((1 + branch) / 2)
     stiffness = bodies.combined_G / (1 - bodies.combined_nu)
-    a = (
-        math.sqrt(4 * positive("force", force) * R / (math.pi * stiffness))
-        if a is None
-        else positive("a", a)
-    )
+    if a is None:
+        a = math.sqrt(4 * positive("force", force) * R / (math.pi * stiffness))
+    else:
+        a = positive("a", a)
     peak_pressure = stiffness * a / (2 * R)
-    return LineContact(
-        a,
-        math.pi / 2 * a * peak_pressure if force is None else float(force),
-        peak_pressure,
-        R,
-        bodies,
-    )
+    force = math.pi / 2 * a * peak_pressure if force is None else float(force)
+    return LineContact(a, force, peak_pressure, R, bodies)
 
 
 def friction_limit(contact: LineContact, friction: float) -> float:
@@ -150,7 +142,7 @@ def friction_limit(contact: LineContact, friction: float) -> float:
 
 
 def part_of_limit(force: float, limit: float) -> float:
-    """The size of a tangential force by what friction can carry, below 1 or `Saturated`."""
+    """Size of a tangential force divided by the friction limit, below 1 or `Saturated`."""
     if abs(force) >= limit:
         raise Saturated(abs(force), limit)
     return abs(force) / limit

@@ -89,33 +89,38 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
 
 def check_ellipse(a_over_b: float, nu: float, least: float) -> tuple[float, float]:
     """The ratio of semi-axes, between its least and the inverse of that, and Poisson's ratio."""
-    ratio, nu = positive("a_over_b", a_over_b), poisson_ratio("nu", nu)
+    ratio = positive("a_over_b", a_over_b)
+    nu = poisson_ratio("nu", nu)
     if not least * (1 - 1e-12) <= ratio <= (1 + 1e-12) / least:
         raise SceneError("a_over_b", ratio, f"in [{least:g}, {1 / least:g}]")
     return ratio, nu
 
 
 def resultants(ratio: float, nu: float, degree: int) -> np.ndarray:
-    """The matrix of `no_slip_ellipse`, of numbers that are as they should be."""
-    a, b = math.sqrt(ratio), 1 / math.sqrt(ratio)
+    """The matrix of `no_slip_ellipse`, without checks of the numbers."""
+    a = math.sqrt(ratio)
+    b = 1 / math.sqrt(ratio)
+    # kernels on the edge, from the directions of the axes and of the diagonals
     inside = np.pi * np.arange(1, degree + 2) / (degree + 2)
     edge = inside - np.pi / 2
-    along, across, one, other = 0.0, np.pi / 2, np.pi / 4, -np.pi / 4
-    kernel = Kernel(a, b, nu, degree, np.array([*edge, along, across, one, other]))
-    points, n = np.arange(edge.size), degree + 1
-    ALONG, ACROSS, ONE, OTHER = range(edge.size, edge.size + 4)
-    # x = a P_1(along); x^2 = a^2 (1 + 2 P_2(along))/3, its constant goes to k; xy = ab (P_2(one) -
-    # P_2(other))/3
-    first, second = a * kernel(1, points, ALONG), a * a / 3 * kernel(2, points, ALONG)
-    turned = a * b / 3 * (kernel(2, points, ONE) - kernel(2, points, OTHER))
+    directions = [0.0, np.pi / 2, np.pi / 4, -np.pi / 4]
+    kernel = Kernel(a, b, nu, degree, np.array([*edge, *directions]))
+    points = np.arange(edge.size)
+    n = degree + 1
+    ALONG, ACROSS, UP, DOWN = range(edge.size, edge.size + 4)
+    # x = a P_1(along); x^2 = a^2 (1 + 2 P_2(along))/3, its constant goes to k; xy = ab (P_2(up) -
+    # P_2(down))/3
+    first = a * kernel(1, points, ALONG)
+    second = a * a / 3 * kernel(2, points, ALONG)
+    turned = a * b / 3 * (kernel(2, points, UP) - kernel(2, points, DOWN))
     rigid = np.stack([first[:, :, 0], first[:, :, 1], second[:, :, 1] - turned[:, :, 0]], axis=-1)
     # times sin t: the equations of a circle are then those of a sine series, and all are as well
     # conditioned
     weight = np.sin(inside)[:, None, None]
     matrix = kernel.of_all_degrees(points, ACROSS) * weight[..., None]
-    k = np.linalg.solve(matrix.reshape(2 * n, 2 * n), -(rigid * weight).reshape(2 * n, 3)).reshape(
-        n, 2, 3
-    )
+    right = -(rigid * weight).reshape(2 * n, 3)
+    k = np.linalg.solve(matrix.reshape(2 * n, 2 * n), right).reshape(n, 2, 3)
+    # force and moment are the parts of degree 0 and 1
     force = 4 * np.pi * kernel(0, points[:1], ACROSS)[0] @ k[0]
     ends = np.array([ALONG, ACROSS])
     by_edge = kernel(1, ends, ACROSS) @ k[1]
@@ -130,25 +135,23 @@ class Kernel:
     def __init__(self, a: float, b: float, nu: float, degree: int, angles: np.ndarray) -> None:
         from scipy.linalg import solve_triangular
 
-        n, self.angles = degree + 1, angles
+        self.angles = angles
+        n = degree + 1
         # Fourier coefficients (2, 2, d), int S(s) exp(2 i d s) ds of the symbol S over the circle,
-        # d < 0 at the end, by
-        # the trapezoidal rule: exact to rounding, as the symbol is analytic as far as min(a,
-        # b)/max(a, b)
+        # d < 0 at the end, by the trapezoidal rule: exact to rounding, as the symbol is analytic as
+        # far as min(a, b)/max(a, b)
         size = 2 ** math.ceil(math.log2(max(256, 4 * n, 40 * max(a / b, b / a))))
         s = np.pi * np.arange(size) / size
         h = 1 / np.hypot(np.cos(s) / a, np.sin(s) / b)
-        ex, ey = h * np.cos(s) / a, h * np.sin(s) / b
+        ex = h * np.cos(s) / a
+        ey = h * np.sin(s) / b
         symbol = h * np.array(
             [[1 - nu * ex * ex, -nu * ex * ey], [-nu * ex * ey, 1 - nu * ey * ey]]
         )
         moments = np.fft.ifft(symbol, axis=-1) * 2 * np.pi
         indices = np.arange(n)
-        toeplitz = (
-            moments[:, :, indices[None, :] - indices[:, None]]
-            .transpose(2, 0, 3, 1)
-            .reshape(2 * n, 2 * n)
-        )
+        blocks = moments[:, :, indices[None, :] - indices[:, None]]
+        toeplitz = blocks.transpose(2, 0, 3, 1).reshape(2 * n, 2 * n)
         waves = np.exp(-2j * np.outer(indices, angles))
         both = np.einsum("jt,pq->jptq", waves, np.eye(2)).reshape(2 * n, -1)
         factored = solve_triangular(np.linalg.cholesky(toeplitz), both, lower=True)
@@ -165,7 +168,8 @@ class Kernel:
         self, points: np.ndarray, direction: int, degrees: int | None = None
     ) -> np.ndarray:
         """K_n for all n, shape (t, 2, n, 2)."""
-        left, right = self.factored[:degrees, :, points], self.factored[:degrees, :, direction]
+        left = self.factored[:degrees, :, points]
+        right = self.factored[:degrees, :, direction]
         sums = np.cumsum(np.einsum("jitp,jiq->jtpq", left.conj(), right), axis=0)
         apart = self.angles[points] - self.angles[direction]
         shifted = sums * np.exp(-1j * np.outer(np.arange(len(sums)), apart))[:, :, None, None]

@@ -71,7 +71,8 @@ def spence_ratio(bodies: CombinedConstants, friction: float, shape: str = "circl
 
     def excess(log_odds: float) -> float:
         """Logarithm of (f by the equation) / f, in t = ln(k^2 / (1 - k^2)): sound at both ends."""
-        k2, rest = 1 / (1 + math.exp(-log_odds)), 1 / (1 + math.exp(log_odds))
+        k2 = 1 / (1 + math.exp(-log_odds))
+        rest = 1 / (1 + math.exp(log_odds))
         complementary = float(ellipkm1(k2))  # K' has the parameter 1 - k^2
         if shape == "line":
             needed = float(ellipkm1(rest)) if log_odds > 0 else float(ellipk(k2))
@@ -80,7 +81,8 @@ def spence_ratio(bodies: CombinedConstants, friction: float, shape: str = "circl
             needed = (math.log1p(k) + 0.5 * math.log1p(math.exp(log_odds))) / k
         return math.log(beta * needed / (friction * complementary))
 
-    low, high = -700.0, 700.0
+    low = -700.0
+    high = 700.0
     if excess(low) >= 0:
         # K' = ln(4/k)
         return 4 * math.exp(-beta / friction * (math.pi / 2 if shape == "line" else 1.0))
