@@ -26,7 +26,7 @@ from varcontact.system.process import lazy_property
 from varcontact.transports import HERE, Stencil
 
 Transforms = dict[tuple[int, ...], np.ndarray]
-"""By harmonic, row and column."""
+"""Transforms by harmonic, row and column."""
 
 STRAIGHT = 1e-10
 """Departure of inclinations [rad] from a constant curvature that counts as rounding."""

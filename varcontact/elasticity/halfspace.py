@@ -89,9 +89,9 @@ def influence_numbers(
         potentials = strip_potentials(x, 0.0, dx, depth)[[KINDS.index(kind) for kind in kinds]]
     else:
         potentials = rectangle_potentials(x, y, 0.0, dx, dy, kinds)
-    found = dict(zip(kinds, potentials / (np.pi * G), strict=True))
+    derivatives = dict(zip(kinds, potentials / (np.pi * G), strict=True))
     return {
-        name: np.sum([found[kind] * w for kind, w in form.items()], axis=0)
+        name: np.sum([derivatives[kind] * w for kind, w in form.items()], axis=0)
         for name, form in wanted.items()
     }
 

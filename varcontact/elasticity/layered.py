@@ -37,8 +37,8 @@ CUT = 20.0
 CUT^2 = 2e-15."""
 
 DEEP = 25.0
-"""The same of a layer within the stack: beyond, rounding, which grows as its square, would be
-felt."""
+"""Wave number times the thickness of a layer within the stack: beyond, rounding, which grows as its
+square, would be felt."""
 
 OCTAVES = 60
 """Panels of wave numbers are halved so often towards 0: thicknesses and moduli may have any

@@ -81,23 +81,21 @@ def rectangle_potentials(
     >>> print(f"{(values['chi_xx'] + values['chi_yy']) / (2 * np.pi):.12f}")
     0.333333333333
     """
-    given = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (x, y, z)))
-    x, y, z = (v.ravel() for v in given)
+    points = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (x, y, z)))
+    x, y, z = (v.ravel() for v in points)
     distance = _distance(x, y, z, dx, dy)
     far_x = distance >= FAR * dx
     far_y = ~far_x & (distance >= FAR * dy)
     near = ~(far_x | far_y)
     result = np.empty((len(kinds), x.size))
-    result[:, near] = _near(x[None, None, near], y[None, None, near], z[near], dx, dy, kinds)[
-        :, 0, 0
-    ]
+    at_once = _near(x[None, None, near], y[None, None, near], z[near], dx, dy, kinds)
+    result[:, near] = at_once[:, 0, 0]
     if far_x.any():
         result[:, far_x] = _gauss(x[far_x], y[far_x], z[far_x], dx, dy, kinds)
     if far_y.any():
-        result[:, far_y] = _gauss(
-            y[far_y], x[far_y], z[far_y], dy, dx, [exchanged(kind) for kind in kinds]
-        )
-    return result.reshape(len(kinds), *given[0].shape)
+        mirrored = [exchanged(kind) for kind in kinds]
+        result[:, far_y] = _gauss(y[far_y], x[far_y], z[far_y], dy, dx, mirrored)
+    return result.reshape(len(kinds), *points[0].shape)
 
 
 def lattice_potentials(

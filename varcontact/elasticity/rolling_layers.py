@@ -39,7 +39,7 @@ class Solids:
     relaxations: tuple[tuple[tuple[float, float], ...], ...]
 
     def at(self, k: np.ndarray | None = None) -> Stack:
-        """With complex moduli at wave numbers (n,), or relaxed."""
+        """The stack with complex moduli at wave numbers (n,), or relaxed."""
         if k is None:
             compliances: list[Any] = [1 + sum(f for f, _ in each) for each in self.relaxations]
         else:

@@ -36,7 +36,7 @@ class ShearLayer:
     def operator(
         self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
     ) -> GridOperator:
-        """That of the bodies, with the shear of the layer, linear between the centres of
+        """The operator of the bodies, with the shear of the layer, linear between the centres of
         elements.
         """
         bare = self.bodies.operator(lattice, rows, columns, stencil)

@@ -202,7 +202,7 @@ def _combined(sums: np.ndarray, z: np.ndarray | float, G: float, nu: float) -> E
 def _tangential(
     Q: _Sum, z: np.ndarray | float, nu: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """By tractions along x; along y with x and y exchanged."""
+    """Fields by tractions along x; along y with x and y exchanged."""
     part = 1 - 2 * nu
     u = [
         2 * (1 - nu) * Q("phi") - 2 * nu * Q("omega_yy") - z * Q("chi_xx"),

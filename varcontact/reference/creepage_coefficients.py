@@ -214,7 +214,7 @@ def _slender(x: Any, nu: np.ndarray) -> np.ndarray:
 
 
 FOUR = np.arange(4)
-"""So many B-splines are not zero on an interval."""
+"""Offsets of the B-splines that are not zero on an interval."""
 
 
 def near_splines(place: Any, intervals: int) -> tuple[Any, tuple[Any, Any, Any, Any]]:

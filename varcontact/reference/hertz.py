@@ -27,7 +27,7 @@ WHOLE = 1e-12
 
 
 class CombinedConstants(Protocol):
-    """What a closed form takes of two bodies (58)-(60)."""
+    """Constants of two bodies in closed forms (58)-(60)."""
 
     @property
     def combined_G(self) -> float: ...

@@ -147,8 +147,8 @@ class Settings:
 
 
 Solver = Callable[[Problem, Settings, Start], RawSolution]
-"""From a problem, settings and a start to tractions; the start may be None but where only a polish
-is meant."""
+"""Function of a problem, settings and a start to tractions; the start may be None but where only a
+polish is meant."""
 NormalSolver = Solver[NormalProblem, RawSolution | None]
 TangentialSolver = Solver[TangentialProblem, RawSolution | None]
 

@@ -146,7 +146,7 @@ def shift_before(problem: BatchedProblem, traction: np.ndarray, ahead: int) -> n
 
 
 class Method:
-    """What the problems have in common: transforms and softened edges."""
+    """Newton's method for problems that share transforms and softened edges."""
 
     def __init__(self, problem: BatchedProblem, transforms: Transforms) -> None:
         self.problem = problem

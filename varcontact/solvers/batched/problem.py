@@ -26,7 +26,7 @@ class Batch:
         return type(self)(*(np.compress(mask, each, axis=-1) for each in self))
 
     def joined(self, other: Self) -> Self:
-        """With others behind."""
+        """These problems with others behind."""
         return type(self)(*(np.concatenate(both, -1) for both in zip(self, other, strict=True)))
 
     def put(self, ids: np.ndarray, other: Self) -> None:
@@ -116,7 +116,7 @@ class BatchedProblem:
         )
 
     def coarser(self) -> BatchedProblem:
-        """With elements twice as large, and a step of rolling that is so, too."""
+        """Problems with elements twice as large, and a step of rolling that is so, too."""
         longer = 1.0 if self.difference is None else 2.0
         return replace(
             self,

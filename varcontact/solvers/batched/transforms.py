@@ -39,7 +39,7 @@ class Transforms:
         return _by_component(numbers, self.even, self.odd)
 
     def windowed_symbol(self, numbers: np.ndarray) -> np.ndarray:
-        """Those of the preconditioner, complex along x."""
+        """Transforms for the preconditioner, complex along x."""
         parts = _by_component(numbers, self.windowed_even, self.windowed_odd)
         half = parts.shape[2] // 2
         return parts[:, :, :half] + 1j * parts[:, :, half:]

@@ -108,7 +108,7 @@ BACKENDS: dict[str, Backend] = {
     "quadprog": Backend(lambda _: {}),  # an active-set method without a tolerance
     "highs": Backend(_highs),
 }
-"""By the name in lower case, whether called directly, by qpsolvers or by CVXPY."""
+"""Backends by name in lower case, whether called directly, by qpsolvers or by CVXPY."""
 
 OTHERS = ("copt", "cvxopt", "ecos", "gurobi", "kvxopt", "mosek", "qoco", "qpalm", "xpress")
 """Further solvers behind qpsolvers or CVXPY: they run where they are installed, with their own
@@ -116,7 +116,7 @@ defaults, untested here."""
 
 WHEELS = {name: name for name in (*BACKENDS, *OTHERS)}
 WHEELS |= {"copt": "coptpy", "gurobi": "gurobipy", "highs": "highspy", "proxqp": "proxsuite"}
-"""What has to be installed for a solver."""
+"""Packages that solvers need."""
 
 FORMULATIONS = {"complementary": (True, False), "potential": (False, True), "gap": (True, True)}
 """Formulations: conditions of tractions (true or false), and of shifts."""
@@ -182,7 +182,7 @@ def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSoluti
 
 
 def _by_osqp(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
-    """Without cones of two components."""
+    """OSQP, without cones of two components."""
     import osqp
 
     solver = osqp.OSQP()
@@ -241,7 +241,7 @@ def _by_scs(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
 
 
 def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
-    """By a solver behind qpsolvers, without cones of two components."""
+    """A solver behind qpsolvers, without cones of two components."""
     from scipy.sparse import triu
 
     qpsolvers = imported("qpsolvers")
@@ -278,7 +278,7 @@ def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSo
 
 
 def _by_cvxpy(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
-    """Stated in CVXPY's language."""
+    """A solver behind CVXPY."""
     from scipy.sparse import triu
 
     cp = imported("cvxpy")

@@ -83,8 +83,8 @@ class Problem(ABC, Generic[C]):
 
 @dataclass(frozen=True, eq=False)
 class GridConditions(Conditions):
-    """Those of one of the two problems: `bound` (ny, nx) is zero where nothing can act; `plain` has
-    equal elements.
+    """Conditions of one of the two problems: `bound` (ny, nx) is zero where nothing can act;
+    `plain` has equal elements.
     """
 
     bound: np.ndarray
@@ -92,7 +92,7 @@ class GridConditions(Conditions):
 
     @lazy_property
     def contact(self) -> np.ndarray:
-        """Where tractions can act."""
+        """Elements where tractions can act."""
         return self.bound > 0
 
     @property
@@ -110,8 +110,8 @@ class GridConditions(Conditions):
         return self.plain.circulant.rolling != 0
 
     def coarser(self: G) -> G:
-        """With elements twice as large, in units of displacement that are so, too; and a step that
-        is twice as long.
+        """Conditions on elements twice as large, in units of displacement that are so, too; and a
+        step that is twice as long.
         """
         scale = self.forces.scale
         if self.of_step:
@@ -152,7 +152,7 @@ class GridProblem(Problem[G]):
     sign: float = 1.0
 
     def initial_guess(self, start: RawSolution) -> Point:
-        """From given tractions, which may be near the solution: their shift is in double
+        """Point of given tractions, which may be near the solution: their shift is in double
         precision.
         """
         forces = self.conditions.forces

@@ -24,7 +24,7 @@ class Conditions(ABC):
 
     @property
     def linear(self) -> bool:
-        """Whether nothing bounds the tractions: Newton's equations are then the problem's."""
+        """True where nothing bounds the tractions: Newton's equations are then the problem's."""
         return False
 
     @abstractmethod

@@ -82,7 +82,7 @@ class Kernel:
 
     @lazy_property
     def halved(self) -> Kernel:
-        """That of elements twice as large, in units of displacement that are so, too: means over
+        """Kernel of elements twice as large, in units of displacement that are so, too: means over
         the small ones.
         """
         numbers = self.numbers
@@ -99,8 +99,8 @@ class Kernel:
 
     @lazy_property
     def halved_in_rolling(self) -> Kernel:
-        """That of elements and a step of rolling twice as long: on half-spaces the numbers are the
-        first of these.
+        """Kernel of elements and a step of rolling twice as long: on half-spaces the numbers are
+        the first of these.
         """
         ny, nx = self.shape
         rows = (ny + 1) // 2
@@ -143,7 +143,7 @@ class SoftenedKernel:
 
 
 class CurvedKernel:
-    """That of a surface whose curvature varies, on a box from a row of its grid."""
+    """Kernel of a surface whose curvature varies, on a box from a row of its grid."""
 
     def __init__(self, operator: GridOperator, first: int) -> None:
         self.operator = operator
