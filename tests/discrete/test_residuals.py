@@ -158,6 +158,18 @@ def test_normal_gap(rolling, load):
         assert normal_residual(problem, pressure, level) > 1e-2 * size
 
 
+def test_normal_gap_counts_overlap_without_pressure(rolling):
+    """Of no pressure at a given approach: bodies overlap, and the error is the whole pressure."""
+    scene = rolling(motion=None, friction=None, normal_force=None, approach=0.3)
+    sol = vc.solve(scene)
+    disc = discretise(scene, sol.grid)
+    problem = disc.normal_problem()
+    exact = sol.pressure.ravel() / disc.scales.pressure
+    level = np.array([problem.approach])
+    energy = problem.area * exact @ problem.operator.apply(exact[None])[0]
+    assert 0 < energy <= normal_gap(problem, 0 * exact, level)[0]
+
+
 def test_no_slip_certificate(rolling):
     """With infinite friction the gap is E'S^-1 E; it bounds the error as well."""
     sol = vc.solve(rolling(friction=np.inf))
