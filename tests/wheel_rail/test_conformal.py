@@ -43,12 +43,10 @@ def groove(dx=0.2):
     overlaps = contact_locus(tread, rail, np.eye(3), np.array([0.0, 0.0, -420.0])).overlaps(z)
     axle = np.array([0.0, 0.0, z - 420.0])
     tangent = tangent_of(overlaps, rail)
-    place = reference_surface(
-        overlaps, tangent, tread, rail, np.eye(3), axle, (dx, dx), curved=True
-    )
     body = RigidBody(
         position=axle, velocity=[420.0, 0.0, 0.0], angular_velocity=[0.0, -1.0004, 0.0]
     )
+    place = reference_surface(overlaps, tangent, tread, rail, body, (dx, dx), curved=True)
     scene = make_scene(
         vc.SampledDistance(place.distance, inclination=place.inclination),
         None,

@@ -20,7 +20,7 @@ from tests.wheel_rail.conditions import (
     wheel,
 )
 from varcontact.errors import NoContact, SceneError
-from varcontact.kinematics import rotation
+from varcontact.kinematics import RigidBody, rotation
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
 from varcontact.wheel_rail.patches import contact_locus, reference_surface, tangent_of
 
@@ -154,8 +154,9 @@ def test_a_rotation_of_everything_about_the_track_turns_the_patch():
     for spin in (np.eye(3), turn):
         own = rail.moved(spin[1:, 1:], np.zeros(2))
         overlaps = contact_locus(wheel, own, spin @ axle, spin @ pushed).overlaps(0.0)
-        tangent, bodies = tangent_of(overlaps, own), (wheel, own, spin @ axle, spin @ pushed)
-        surface = reference_surface(overlaps, tangent, *bodies, (0.5, 0.5), curved=False)
+        tangent = tangent_of(overlaps, own)
+        body = RigidBody(position=spin @ pushed, rotation=spin @ axle)
+        surface = reference_surface(overlaps, tangent, wheel, own, body, (0.5, 0.5), curved=False)
         places.append((tangent, surface.distance, surface.approach))
     (plain, distance, approach), (turned, turned_distance, turned_approach) = places
     assert turned.angle == pytest.approx(plain.angle + 0.03, abs=2e-5)

@@ -14,9 +14,10 @@ from itertools import combinations
 
 import numpy as np
 
-HALVED, TRIED = 20, 4
-"""Times that a simplex around a root is cut in two, and after how many of them the root is
-tried."""
+HALVINGS = 20
+"""Times that a simplex around a root is cut in two."""
+HALVINGS_TO_ROOT = 4
+"""Times after which the root of its linear functions is tried."""
 OUTSIDE = -0.3
 """Coordinate on a simplex from which a root of linear functions is none of the functions."""
 
@@ -35,21 +36,25 @@ class Lattice:
     zero, is least: its number, and the value.
     """
 
-    def __init__(self, functions: Functions, ways: int) -> None:
-        self._functions, self._ways = functions, ways
-        self._known: dict[Point, np.ndarray | None] = {}
+    def __init__(self, functions: Functions, reach: int) -> None:
+        self._functions = functions
+        self._reach = reach
+        self._values: dict[Point, np.ndarray | None] = {}
         self.nearest: Nearest | None = None
 
     def at(self, point: Point) -> np.ndarray | None:
-        if point not in self._known:
-            self._known[point] = self._functions(point)
-        return self._known[point]
+        if point not in self._values:
+            self._values[point] = self._functions(point)
+        return self._values[point]
 
     def brackets(self, axes: int) -> Iterator[tuple[np.ndarray, bool]]:
-        """Points that come ever nearer to a root, and whether one is the last: a root, or a jump
-        across it.
+        """Points that come ever nearer to a root; True with the last one: a root, or a jump across
+        it.
         """
-        for simplex in self._segments(axes) if axes == 1 else self._triangles():
+        simplices = self._segments(axes)
+        if axes == 2:
+            simplices = self._triangles()
+        for simplex in simplices:
             yield from self._within(simplex)
 
     def _segments(self, axes: int) -> Iterator[list[Point]]:
@@ -63,16 +68,22 @@ class Lattice:
         if begin is None:
             return
         for axis in range(axes):
-            falling = (1.0 if begin[0] > 0 else -1.0) * (-1.0) ** axis
-            for way in (falling, -falling):
-                step = tuple(way * (k == axis) for k in range(axes))
-                segment = self._change(origin, step)
+            falling = (-1.0) ** axis
+            if begin[0] <= 0:
+                falling = -falling
+            for direction in (falling, -falling):
+                step = [0.0] * axes
+                step[axis] = direction
+                segment = self._change(origin, tuple(step))
                 if segment is not None:
                     yield segment
 
     def _change(self, point: Point, step: Point) -> list[Point] | None:
+        """The first segment, of those that follow each other, in which the first function changes
+        its sign.
+        """
         value = self.at(point)
-        for _ in range(self._ways):
+        for _ in range(self._reach):
             after = tuple(a + b for a, b in zip(point, step, strict=True))
             beyond = self.at(after)
             if value is None or beyond is None:
@@ -80,7 +91,8 @@ class Lattice:
             self._note(0, np.array(point), float(value[0]))
             if (value[0] > 0) != (beyond[0] > 0):
                 return [point, after]
-            point, value = after, beyond
+            point = after
+            value = beyond
         return None
 
     def _triangles(self) -> Iterator[list[Point]]:
@@ -92,19 +104,16 @@ class Lattice:
             second = self._on(positive, negative)
             along = np.subtract(negative, positive)
             # the corners of both triangles at the segment
-            low, across = (
-                np.minimum(positive, negative),
-                np.array([0.0, 1.0] if along[0] else [1.0, 0.0]),
-            )
+            low = np.minimum(positive, negative)
+            across = np.abs(along[[1, 0]])
             corners = [low + np.ones(2), low - across]
             # where the second function is positive, its root is on the left as seen from the
             # positive end
-            left = [
-                along[0] * (corner - positive)[1] - along[1] * (corner - positive)[0] > 0
-                for corner in corners
-            ]
-            first = corners[left.index(second > 0)]
-            for corner in (first, corners[0] if first is corners[1] else corners[1]):
+            towards = corners[0] - positive
+            left = along[0] * towards[1] - along[1] * towards[0] > 0
+            if left != (second > 0):
+                corners.reverse()
+            for corner in corners:
                 triangle = self._along(positive, negative, tuple(corner.tolist()), second)
                 if triangle is not None:
                     yield triangle
@@ -115,14 +124,18 @@ class Lattice:
         """The first triangle, of those that follow each other, in which the second function changes
         its sign.
         """
-        for _ in range(self._ways):
+        for _ in range(self._reach):
             value = self.at(corner)
             if value is None:
                 return None
             triangle = [positive, negative, corner]
-            left, positive, negative = (
-                (positive, corner, negative) if value[0] > 0 else (negative, positive, corner)
-            )
+            # the side through which the curve goes on, and the corner that it leaves behind
+            if value[0] > 0:
+                left = positive
+                positive = corner
+            else:
+                left = negative
+                negative = corner
             if self._on(positive, negative) * second <= 0:
                 return triangle
             # the next triangle is the mirror image at the middle of the side
@@ -131,9 +144,10 @@ class Lattice:
 
     def _on(self, positive: Point, negative: Point) -> float:
         """The second function between two points, where the first one is zero."""
-        one, other = self._value(positive), self._value(negative)
-        part = one[0] / (one[0] - other[0])
-        second = float((1 - part) * one[1] + part * other[1])
+        begin = self._value(positive)
+        end = self._value(negative)
+        part = begin[0] / (begin[0] - end[0])
+        second = float((1 - part) * begin[1] + part * end[1])
         self._note(1, (1 - part) * np.array(positive) + part * np.array(negative), second)
         return second
 
@@ -150,21 +164,23 @@ class Lattice:
         """Roots of the linear functions on a simplex, which is cut in two at its longest side again
         and again.
         """
-        for k in range(HALVED + 1):
+        for k in range(HALVINGS + 1):
             weights = self._weights(simplex)
             if weights.min() < OUTSIDE:
                 return
-            if k % TRIED == 0:
-                yield weights @ np.array(simplex), k == HALVED
-            i, j = max(
-                combinations(range(len(simplex)), 2), key=lambda ends: _length(simplex, ends)
-            )
+            if k % HALVINGS_TO_ROOT == 0:
+                yield weights @ np.array(simplex), k == HALVINGS
+            # the half in which the root is, or which is nearer to it
+            sides = combinations(range(len(simplex)), 2)
+            i, j = max(sides, key=lambda ends: _length(simplex, ends))
             middle = tuple(((np.array(simplex[i]) + simplex[j]) / 2).tolist())
             if self.at(middle) is None:
                 return
-            halves = [
-                [middle if k == end else point for k, point in enumerate(simplex)] for end in (i, j)
-            ]
+            halves = []
+            for end in (i, j):
+                half = list(simplex)
+                half[end] = middle
+                halves.append(half)
             simplex = max(halves, key=lambda half: float(self._weights(half).min()))
 
     def _weights(self, simplex: list[Point]) -> np.ndarray:
@@ -177,5 +193,4 @@ class Lattice:
 
 
 def _length(simplex: list[Point], ends: tuple[int, int]) -> float:
-    """Of a side."""
     return math.dist(simplex[ends[0]], simplex[ends[1]])

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +56,7 @@ SUPPORTED: Supported = BASIC | {
 """Control digits that are read, but for INFLCF: see `BASIC`."""
 
 Case = dict[str, Any]
-"""What a case has, and the next may keep: entries of `WheelOnRail`, "rail", "grid", "height",
+"""Entries of a case, which the next may keep: those of `WheelOnRail`, "rail", "grid", "height",
 "has_friction", and "dimensions", which are GAUGHT, GAUGSQ or RAILY0, GAUGWD or RAILZ0, and CANT."""
 
 
@@ -117,7 +116,8 @@ def read_contact_input(path: str | Path) -> list[WheelOnRail]:
     >>> folder.cleanup()
     """
     file = checks.file_name("path", path)
-    lines, case = Lines(file), Case()
+    lines = Lines(file)
+    case = Case()
     wheels: list[WheelOnRail] = []
     scene = "is a basic contact: vc.read_contact_input reads it, `varcontact solve` solves it"
     for group in modules(lines, 1, "wheel on rail", {3: scene}):
@@ -132,49 +132,59 @@ def read_contact_input(path: str | Path) -> list[WheelOnRail]:
 
 
 def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
-    """Change what the case before had by what the next one gives; whether that is to be
+    """Change the entries of the case before to those of the next one; True if that is to be
     calculated.
     """
     _, problem, digits, last = control_digits(
         lines, "CPBTNFS", SUPPORTED, SUPPORTED | {"C": BASIC["C"]}
     )
     L, C, D, Z, E = (digits[letter] for letter in "LCDZE")
-    new = {"friction": L != 1, "bodies": C == 2, "grid": D >= 2, "rail": Z == 3, "wheelset": E == 3}
-    for letter, (name, given) in zip("LCDZE", new.items(), strict=True):
-        if not given and name not in case:
+    # parts that are new; others are those of the case before
+    entries = {"L": "friction", "C": "bodies", "D": "grid", "Z": "rail", "E": "wheelset"}
+    new = {"L": L != 1, "C": C == 2, "D": D >= 2, "Z": Z == 3, "E": E == 3}
+    for letter, name in entries.items():
+        if not new[letter] and name not in case:
             group.refuse(
                 letter, digits[letter], "keeps what the case before has, and there is none"
             )
     case.update(side=SIDES[problem["C"]], has_friction=problem["T"] != 0)
-    if new["friction"]:
+    if new["L"]:
         case["friction"] = read_friction(lines, L)
-    if new["bodies"]:
+    if new["C"]:
         case["bodies"] = read_bodies(lines)
-    if new["grid"]:
-        elements = lines.group("DX", "DS", "DQREL", "A_SEP", "D_SEP", "D_COMB")
-        if elements.number(2) != 1:
-            why = "is not supported: the step of rolling here is an element; supported: 1"
-            elements.refuse("DQREL", elements.number(2), why)
-        if elements.angle(3) < math.pi / 2 - 1e-6:
-            why = "is not supported: patches here are separated by distance; supported: 90d"
-            elements.refuse("A_SEP", elements.values[3], why)
-        more = [value for value in map(number_of, elements.rest[:2]) if value is not None]
-        if len(more) == 2:
-            elements.refuse("GAP_MISS", more[1], "is not supported; leave it out")
-        places = {"dx": 0, "dy": 1, "separate": 4, "join": 5}
-        case["grid"] = {name: elements.number(k) for name, k in places.items()}
-        if more:
-            case["grid"]["turn"] = more[0]
+    if new["D"]:
+        case["grid"] = _read_grid(lines)
     _read_track(lines, case, Z, folder)
     _read_wheelset(lines, case, E, problem["N"], folder)
     skip_stresses(lines, problem["S"])
-    if ("vertical_force" if problem["N"] else "z") not in case["height"]:
-        group.refuse(
-            "N (NORM)",
-            problem["N"],
-            "is another than the case before has, which is kept: use E >= 1",
-        )
+    if _height(problem["N"]) not in case["height"]:
+        reason = "is another than the case before has, which is kept: use E >= 1"
+        group.refuse("N (NORM)", problem["N"], reason)
     return last["R"] == 1
+
+
+def _height(norm: int) -> str:
+    """The entry that has the height of the wheel set, by the digit N."""
+    return "vertical_force" if norm else "z"
+
+
+def _read_grid(lines: Lines) -> dict[str, float]:
+    """Elements, and distances of patches."""
+    elements = lines.group("DX", "DS", "DQREL", "A_SEP", "D_SEP", "D_COMB")
+    if elements.number(2) != 1:
+        reason = "is not supported: the step of rolling here is an element; supported: 1"
+        elements.refuse("DQREL", elements.number(2), reason)
+    if elements.angle(3) < math.pi / 2 - 1e-6:
+        reason = "is not supported: patches here are separated by distance; supported: 90d"
+        elements.refuse("A_SEP", elements.values[3], reason)
+    options = [value for value in map(number_of, elements.rest[:2]) if value is not None]
+    if len(options) == 2:
+        elements.refuse("GAP_MISS", options[1], "is not supported; leave it out")
+    places = {"dx": 0, "dy": 1, "separate": 4, "join": 5}
+    grid = {name: elements.number(k) for name, k in places.items()}
+    if options:
+        grid["turn"] = options[0]
+    return grid
 
 
 def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
@@ -183,15 +193,11 @@ def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
         first = lines.group("GAUGHT", "GAUGSQ or RAILY0", "GAUGWD or RAILZ0", "CANT")
         height, second, third = (first.number(k) for k in range(3))
         if height > 0 and second not in (0, 1):
-            first.refuse(
-                "GAUGSQ",
-                second,
-                "is not supported: the gauge is that of the innermost face; supported: 0, 1",
-            )
+            reason = "is not supported: the gauge is that of the innermost face; supported: 0, 1"
+            first.refuse("GAUGSQ", second, reason)
         if first.rest and number_of(first.rest[0]) not in (None, 0.0):
-            first.refuse(
-                "CURV", first.rest[0], "is not supported: the track here is straight; supported: 0"
-            )
+            reason = "is not supported: the track here is straight; supported: 0"
+            first.refuse("CURV", first.rest[0], reason)
         case["dimensions"] = height, second, third, first.angle(3)
     if digit == 3:
         case["rail"] = _profile(lines, "rail", folder)
@@ -199,19 +205,17 @@ def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
         deviations = lines.group("DY", "DZ", "ROLL", "VY", "VZ", "VROLL")
         for k, name in enumerate(deviations.names):
             if deviations.angle(k) != 0:
-                deviations.refuse(
-                    name,
-                    deviations.values[k],
-                    "is not supported: rails have no deviation; supported: 0",
-                )
+                reason = "is not supported: rails have no deviation; supported: 0"
+                deviations.refuse(name, deviations.values[k], reason)
 
 
 def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or slices
     group = lines.group(f"{kind[0].upper()}FNAME", "MIRRORY", "SCALE", "SMOOTH")
-    name, smooth = group.values[0].strip("'\"").replace("\\", "/"), group.number(3)
+    name = group.values[0].strip("'\"").replace("\\", "/")
+    smooth = group.number(3)
     options = [value for value in map(number_of, group.rest[:2]) if value is not None]
     mirror_z, option = (int(value) for value in [*options, 0, 0][:2])
-    method, slices = 0, name.lower().endswith(SLICES)
+    method = 0
     if option >= 1:
         more = lines.group("ISMOOTH", "ZIGTHRS", "KINKHIGH", "KINKLOW", "KINKWID")
         method = int(more.number(0))
@@ -219,27 +223,37 @@ def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or sl
             more.refuse("ISMOOTH", method, "is not supported; supported: 0, 1")
     if option >= 2:
         lines.group("ERRHND", "MAXOMIT")
-    if slices and method == 0 and smooth > 0:
-        group.refuse(
-            "SMOOTH",
-            smooth,
-            "is not supported for slices with ISMOOTH = 0; supported: 0, or ISMOOTH = 1",
-        )
+    reader: Any = Profile.read
+    if name.lower().endswith(SLICES):
+        reader = ProfileSlices.read
+        if method == 0 and smooth > 0:
+            reason = "is not supported for slices with ISMOOTH = 0; supported: 0, or ISMOOTH = 1"
+            group.refuse("SMOOTH", smooth, reason)
+    mirrors = {1: True, -1: False}
     with located(group):
-        reader: Any = ProfileSlices.read if slices else Profile.read
-        read = partial(
-            reader, folder / name, kind, scale=group.number(2), smoothing=smooth * (method == 1)
+        profile = reader(
+            folder / name,
+            kind,
+            scale=group.number(2),
+            smoothing=smooth if method == 1 else 0.0,
+            mirror_y=mirrors.get(int(group.number(1)), "auto"),
+            mirror_z=mirrors.get(mirror_z),
         )
-        said = {1: True, -1: False}
-        profile = read(mirror_y=said.get(int(group.number(1)), "auto"), mirror_z=said.get(mirror_z))
-        if method == 1 or smooth <= 0:
-            return profile
-        # ISMOOTH = 0: the weight multiplies the integral of the squared second derivative; the
-        # squared distances are
-        # summed over points, which is an integral by their spacing
-        spacing = float(np.median(np.hypot(np.diff(profile.y), np.diff(profile.z))))
-        length = 2 * math.pi * (smooth * spacing) ** 0.25
-        return profile.smoothed(length) if length >= spacing else profile
+        if method == 0 and smooth > 0:
+            profile = _smoothed(profile, smooth)
+        return profile
+
+
+def _smoothed(profile: Profile, weight: float) -> Profile:
+    """The profile with ISMOOTH = 0, by a weight of the integral of the squared second derivative.
+
+    The squared distances are summed over points, which is an integral, divided by their spacing.
+    """
+    spacing = float(np.median(np.hypot(np.diff(profile.y), np.diff(profile.z))))
+    length = 2 * math.pi * (weight * spacing) ** 0.25
+    if length < spacing:
+        return profile
+    return profile.smoothed(length)
 
 
 def _read_wheelset(lines: Lines, case: Case, digit: int, norm: int, folder: Path) -> None:
@@ -254,41 +268,52 @@ def _read_wheelset(lines: Lines, case: Case, digit: int, norm: int, folder: Path
             )
     if digit >= 1:
         group = lines.group("S", "Y", "FZ" if norm else "Z", "ROLL", "YAW", "PITCH")
-        case["height"] = {"vertical_force" if norm else "z": group.number(2)}
+        case["height"] = {_height(norm): group.number(2)}
         with located(group):
             places = {"roll": group.angle(3), "yaw": group.angle(4), "pitch": group.angle(5)}
             case["position"] = Position(s=group.number(0), y=group.number(1), **places)
     if digit >= 2:
         group = lines.group("VS", "VY", "VZ", "VROLL", "VYAW", "VPITCH")
         speed, lateral, vertical = (group.number(k) for k in range(3))
-        rates = dict(
-            zip(("roll_rate", "yaw_rate", "pitch_rate"), map(group.angle, range(3, 6)), strict=True)
-        )
+        roll_rate, yaw_rate, pitch_rate = (group.angle(k) for k in range(3, 6))
         with located(group):
-            case["velocity"] = Velocity(speed=speed, lateral=lateral, vertical=vertical, **rates)
+            case["velocity"] = Velocity(
+                speed=speed,
+                lateral=lateral,
+                vertical=vertical,
+                roll_rate=roll_rate,
+                yaw_rate=yaw_rate,
+                pitch_rate=pitch_rate,
+            )
 
 
 def _wheel(case: Case, group: Group) -> WheelOnRail:
     """The case as a wheel on a rail."""
     gauge_height, second, third, cant = case["dimensions"]
-    height = case["height"]
+    height = dict(case["height"])
     with located(group):
         if gauge_height > 0:
             track = Track(rail=case["rail"], gauge=third, gauge_height=gauge_height, cant=cant)
-        # the rail's origin is given; its top has the height 0 here, and the gauge may be measured
-        # anywhere
         else:
+            # the rail's origin is given; its top has the height 0 here, and the gauge may be
+            # measured anywhere
             track = Track(rail=case["rail"], gauge_height=0.0, cant=cant)
             beside = SIGN[case["side"]] * second - float(track.origin[0])
             track = replace(track, gauge=track.gauge + 2 * beside)
             drop = third - float(track.origin[1])
-            height = {
-                name: value - drop if name == "z" else value for name, value in height.items()
-            }
+            if "z" in height:
+                height["z"] -= drop
+        friction = 0.0
+        if case["has_friction"]:
+            friction = case["friction"](case["velocity"].speed)
         return WheelOnRail(
             track=track,
-            **{name: case[name] for name in ("wheelset", "side", "position", "velocity", "bodies")},
-            friction=case["friction"](case["velocity"].speed) if case["has_friction"] else 0.0,
+            wheelset=case["wheelset"],
+            side=case["side"],
+            position=case["position"],
+            velocity=case["velocity"],
+            bodies=case["bodies"],
+            friction=friction,
             **case["grid"],
             **height,
         )

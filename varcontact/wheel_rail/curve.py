@@ -71,7 +71,8 @@ class Curve:
         """Signed curvature at parameters [1/mm]: positive where the inclination grows along the
         curve.
         """
-        first, second = self.directions(s), np.asarray(self._curve(s, 2))
+        first = self.directions(s)
+        second = np.asarray(self._curve(s, 2))
         turn = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
         return np.asarray(turn / np.hypot(first[..., 0], first[..., 1]) ** 3)
 
@@ -92,16 +93,13 @@ class Curve:
 
     def sampled(self, step: float) -> np.ndarray:
         """Parameters from end to end, about a step [mm] apart."""
-        return np.linspace(
-            self.s[0], self.s[-1], max(2, int(np.ceil((self.s[-1] - self.s[0]) / step)) + 1)
-        )
+        intervals = int(np.ceil((self.s[-1] - self.s[0]) / step))
+        return np.linspace(self.s[0], self.s[-1], max(2, intervals + 1))
 
     def single_valued(self, near: float, direction: np.ndarray = ACROSS) -> Curve:
         """The part around the parameter `near` along which ``direction . (y, z)`` keeps growing."""
-        grows = self._grows(direction)
-        return self._part(
-            growing(grows, int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1)))
-        )
+        breakpoint_near = int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))
+        return self._part(growing(self._grows(direction), breakpoint_near))
 
     def highest(self) -> Curve:
         """Of the parts along which y keeps growing the highest; one within the noise of a steep
@@ -127,13 +125,12 @@ class Curve:
         return [slice(a, b + 2) for a, b in zip(starts.tolist(), stops.tolist(), strict=True)]
 
     def _grows(self, direction: np.ndarray) -> np.ndarray:
-        """Whether ``direction . (y, z)`` grows from each breakpoint to the next: no turning point
-        between them.
+        """True where ``direction . (y, z)`` grows from a breakpoint to the next, without a turning
+        point between them.
         """
         middle = (self.s[1:] + self.s[:-1]) / 2
-        return (np.diff(self._breakpoints @ direction) > 0) & (
-            self.directions(middle) @ direction > 0
-        )
+        larger = np.diff(self._breakpoints @ direction) > 0
+        return larger & (self.directions(middle) @ direction > 0)
 
     def _width(self, run: slice) -> float:
         return float(self._breakpoints[run.stop - 1, 0] - self._breakpoints[run.start, 0])
@@ -147,11 +144,13 @@ class Curve:
 
         Newton's method, kept within the cubic that has the value.
         """
-        value, ends = np.asarray(value), self._breakpoints @ direction
+        value = np.asarray(value)
+        ends = self._breakpoints @ direction
         inside = (value >= ends[0]) & (value <= ends[-1])
         wanted = value[inside]
         cell = np.clip(np.searchsorted(ends, wanted, side="right") - 1, 0, self.s.size - 2)
-        low, width = self.s[cell], self.s[cell + 1] - self.s[cell]
+        low = self.s[cell]
+        width = self.s[cell + 1] - low
         a, b, c, d = self.coefficients[:, cell] @ direction
         t = width * (wanted - ends[cell]) / (ends[cell + 1] - ends[cell])
         for _ in range(STEPS):
@@ -186,10 +185,10 @@ def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:
     """
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     last = len(points) - 1
-    fits = [
-        _fit(s[a : b + 1], points[a : b + 1], smoothing, (a > 0, b < last))
-        for a, b in pairwise([0, *kinks.tolist(), last])
-    ]
+    fits = []
+    for a, b in pairwise([0, *kinks.tolist(), last]):
+        section = slice(a, b + 1)
+        fits.append(_fit(s[section], points[section], smoothing, (a > 0, b < last)))
     return Curve(s, np.concatenate(fits, axis=1))
 
 
@@ -207,28 +206,35 @@ def _fit(
 
     if smoothing == 0 or s.size < FEWEST:
         return np.asarray(CubicSpline(s, points).c)
-    longer, along, first = s, points, 0
-    for end in (0, -1):  # the parabola of the points within the smoothed wavelength
-        away = np.abs(s - s[end])
-        near = np.argsort(away)[: max(FEWEST, int(np.count_nonzero(away <= smoothing)))]
-        step = float(away[near].max()) / (len(near) - 1)
-        out = -step * np.arange(1, int(np.ceil(2 * smoothing / step)) + 1)
-        beyond = polyval(out, polyfit(away[near], points[near], 2)).T
-        if end == 0:
-            longer, along, first = (
-                np.append(s[0] + out[::-1], s),
-                np.append(beyond[::-1], points, axis=0),
-                out.size,
-            )
-        else:
-            longer, along = np.append(longer, s[-1] - out), np.append(along, beyond, axis=0)
+    # the longer section
+    before, points_before = _beyond(s, points, smoothing, 0)
+    behind, points_behind = _beyond(s, points, smoothing, -1)
+    longer = np.concatenate([s[0] + before[::-1], s, s[-1] - behind])
+    along = np.concatenate([points_before[::-1], points, points_behind])
+    # its smoothing splines, of y and of z
+    first = before.size
     weights = np.gradient(longer)
     weights[[first, first + s.size - 1]] *= np.where(kinks, HELD, 1.0)
     strength = (smoothing / (2 * np.pi)) ** 4
-    parts = [
-        PPoly.from_spline(make_smoothing_spline(longer, p, weights, strength)) for p in along.T
-    ]
+    parts = []
+    for coordinate in along.T:
+        smooth = make_smoothing_spline(longer, coordinate, weights, strength)
+        parts.append(PPoly.from_spline(smooth))
+    # their cubics on the section itself
     knots = parts[0].x
     # from_spline repeats the end knots
     keep = (np.diff(knots) > 0) & (knots[:-1] >= s[0]) & (knots[:-1] < s[-1])
     return np.stack([part.c[:, keep] for part in parts], axis=-1)
+
+
+def _beyond(
+    s: np.ndarray, points: np.ndarray, smoothing: float, end: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (negative) and points beyond an end, on the parabola through the points within the
+    smoothed wavelength.
+    """
+    away = np.abs(s - s[end])
+    near = np.argsort(away)[: max(FEWEST, int(np.count_nonzero(away <= smoothing)))]
+    step = float(away[near].max()) / (len(near) - 1)
+    out = -step * np.arange(1, int(np.ceil(2 * smoothing / step)) + 1)
+    return out, polyval(out, polyfit(away[near], points[near], 2)).T

@@ -31,9 +31,9 @@ class Shakedown:
     Attributes
     ----------
     utilised : float
-        Tangential force by normal force [-].
+        Tangential force, relative to the normal force [-].
     load_factor : float
-        Peak pressure by the yield stress in shear [-].
+        Peak pressure, relative to the yield stress in shear [-].
     index : float
         Surface fatigue index, ``utilised - 1/load_factor``: positive where the
         surface flows with each passage. A. Ekberg, E. Kabo, H. Andersson,
@@ -63,7 +63,8 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     --------
     >>> from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
     >>> case = WheelOnRail(
-    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40),
+    ...     wheelset=WheelSet(wheel=Profile.s1002()),
     ...     position=Position(y=3.0, yaw=0.003), vertical_force=80e3, dx=1.0, dy=1.0)
     >>> found = shakedown(case.solve().patches[0], yield_in_shear=300.0)
     >>> print(f"{found.utilised:.2f}, {found.load_factor:.1f}, {found.index:.2f}")
@@ -72,17 +73,25 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     checks.kind("solved", solved, PatchSolution)
     k = checks.positive("yield_in_shear", yield_in_shear)
     warn(of_yield_stress(k), stacklevel=2)
-    force, error = solved.force, solved.error
-    pull = float(np.hypot(*force[:2]))
-    utilised = pull / force[2]
-    pulled = (
-        float(np.abs(force[:2]) @ error[:2]) / pull if pull > 0 else float(np.hypot(*error[:2]))
-    )
-    utilised_error = (pulled + utilised * error[2]) / force[2]
+    # the tangential force
+    force = solved.force
+    error = solved.error
+    tangential = float(np.hypot(*force[:2]))
+    if tangential > 0:
+        tangential_error = float(np.abs(force[:2]) @ error[:2]) / tangential
+    else:
+        tangential_error = float(np.hypot(*error[:2]))
+    utilised = tangential / force[2]
+    utilised_error = (tangential_error + utilised * error[2]) / force[2]
+    # the peak pressure
     factor = solved.peak_pressure / k
     index_error = utilised_error + solved.peak_pressure_error / solved.peak_pressure / factor
     return Shakedown(
-        utilised, factor, utilised - 1 / factor, float(utilised_error), float(index_error)
+        utilised=utilised,
+        load_factor=factor,
+        index=utilised - 1 / factor,
+        utilised_error=float(utilised_error),
+        index_error=float(index_error),
     )
 
 
@@ -121,43 +130,53 @@ def worn_profile(
         For no wheels, or wheels on different profiles.
     """
     checks.choice("kind", kind, ("rail", "wheel"))
-    times, length = (
-        checks.positive("passages", passages),
-        checks.at_least_zero("smoothing", smoothing),
-    )
+    times = checks.positive("passages", passages)
+    length = checks.at_least_zero("smoothing", smoothing)
     _check_list("found", found, WheelRailSolution)
-    profiles = [
-        each.case.track.rail if kind == "rail" else each.case.wheelset.wheel for each in found
-    ]
-    profile: Any = profiles[0] if profiles else None
-    if len({id(each) for each in profiles}) != 1 or not isinstance(profile, Profile):
-        raise SceneError(
-            "found", len(profiles), "wheels on one profile, one or more, which does not vary"
-        )
+    profile = _profile_of(found, kind)
+    # depth along the curve that can be touched
     curve = profile.running
     at = curve.sampled(SAMPLE)
-    step, along, depth = float(at[1] - at[0]), curve.directions(at), np.zeros(at.size)
+    depth = np.zeros(at.size)
     for wheel in found:
         for worn in wear(wheel, archard).patches:
-            lateral, down = worn.solved.rows
-            points = worn.solved.frame.globally(np.stack([0.0 * lateral, lateral, down], axis=1))
-            if kind == "rail":
-                y = wheel.case.track.on_rail(points[:, 1:], wheel.case.side)[:, 0]
-            else:
-                y = wheel.case.on_wheel(points, wheel.case.body(wheel.z))[0]
-            s = curve.at(y)
+            s = curve.at(_lateral_places(wheel, worn.solved, kind))
             # rows of the left side run the other way; those beyond the profile last
             order = np.argsort(s)
             depth += times * np.interp(at, s[order], worn.depth[order], left=0.0, right=0.0)
     if length > 0:  # a mean over the length: the area is kept
-        count = 2 * round(length / step / 2) + 1
+        count = 2 * round(length / float(at[1] - at[0]) / 2) + 1
         depth = np.convolve(depth, np.full(count, 1 / count), mode="same")
-    into = np.stack([-along[:, 1], along[:, 0]]) * (depth if kind == "rail" else -depth)
+    # its points, moved into the material; not those beyond the curve, nor the back of a flange
+    along = curve.directions(at)
+    normal = np.stack([-along[:, 1], along[:, 0]])
+    moved = normal * (depth if kind == "rail" else -depth)
     s = curve.at(profile.y)
-    # not beyond the curve, nor the back of a flange
     touched = np.abs(curve.points(s)[:, 1] - profile.z) < SAMPLE
-    y, z = (np.where(touched, np.interp(s, at, move), 0.0) for move in into)
+    y, z = (np.where(touched, np.interp(s, at, each), 0.0) for each in moved)
     return replace(profile, y=profile.y + y, z=profile.z + z)
+
+
+def _profile_of(wheels: Sequence[WheelRailSolution], kind: Kind) -> Profile:
+    """The profile that all wheels have in common."""
+    if kind == "rail":
+        profiles: list[Any] = [each.case.track.rail for each in wheels]
+    else:
+        profiles = [each.case.wheelset.wheel for each in wheels]
+    if len({id(each) for each in profiles}) != 1 or not isinstance(profiles[0], Profile):
+        raise SceneError(
+            "found", len(profiles), "wheels on one profile, one or more, which does not vary"
+        )
+    return profiles[0]
+
+
+def _lateral_places(wheel: WheelRailSolution, solved: PatchSolution, kind: Kind) -> np.ndarray:
+    """y of rows of elements in the coordinates of the profile of rail or wheel [mm]."""
+    lateral, down = solved.rows
+    points = solved.frame.globally(np.stack([0.0 * lateral, lateral, down], axis=1))
+    if kind == "rail":
+        return wheel.case.track.on_rail(points[:, 1:], wheel.case.side)[:, 0]
+    return wheel.case.on_wheel(points, wheel.case.body(wheel.z))[0]
 
 
 @checks.named_options(lambda given: checks.options_of(WheelOnRail.solve))
@@ -200,23 +219,35 @@ def wear_down(
         See `worn_profile` and `WheelOnRail.solve`; where a step takes off so
         much that profiles cross themselves.
     """
-    count, report, profiles = checks.whole("steps", steps), checks.progress(progress), []
+    count = checks.whole("steps", steps)
+    report = checks.progress(progress)
     checks.positive("passages", passages)
     _check_list("cases", cases, WheelOnRail, WheelSetOnTrack)
-    part, entry = ("track", "rail") if kind == "rail" else ("wheelset", "wheel")
+    profiles = []
     for number in range(count):
-        found: list[WheelRailSolution] = []
+        wheels: list[Any] = []
         for case in cases:
             report(f"step {number + 1} of {count}, y = {case.position.y:.4g} mm")
-            solved: Any = case.solve(**methods)
-            found += [solved] if isinstance(solved, WheelRailSolution) else solved.wheels
-        profile = worn_profile(found, archard, kind, passages=passages / count, smoothing=smoothing)
+            solution = case.solve(**methods)
+            if isinstance(solution, WheelRailSolution):
+                wheels.append(solution)
+            else:
+                wheels += solution.wheels
+        profile = worn_profile(
+            wheels, archard, kind, passages=passages / count, smoothing=smoothing
+        )
         profiles.append(profile)
-        cases = [
-            replace(case, **{part: replace(getattr(case, part), **{entry: profile})})
-            for case in cases
-        ]
+        cases = [_with_profile(case, kind, profile) for case in cases]
     return profiles
+
+
+def _with_profile(
+    case: WheelOnRail | WheelSetOnTrack, kind: Kind, profile: Profile
+) -> WheelOnRail | WheelSetOnTrack:
+    """The case with a profile of its rails or wheels."""
+    if kind == "rail":
+        return replace(case, track=replace(case.track, rail=profile))
+    return replace(case, wheelset=replace(case.wheelset, wheel=profile))
 
 
 def _check_list(field: str, given: Any, *kinds: type[Any]) -> None:

@@ -22,20 +22,22 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import BALANCED, WheelSetOnTrack
 
 STEP = 1e-3
-"""Of the differences for derivatives, by the unit of an unknown."""
+"""Of the differences for derivatives, relative to the unit of an unknown."""
 CREEPAGE = 1e-3
 """Unit of velocities, by the speed, and of the yaw."""
 SIDEWAYS = 0.1
 """Unit of the lateral displacement [mm]."""
 EDGE = 10.0
 """Distance from the outer end of a wheel at which it falls between the rails [mm]."""
-LEVEL, LEVELLED = 1e-6, 8
-"""Error of the roll at which both wheels touch [rad], and steps to it."""
-LONGEST = 10.0
-"""Longest step of an unknown, by its unit."""
-SHORTER = (1.0, 0.5, 0.1)
+ROLL_TOL = 1e-6
+"""Error of the roll at which both wheels touch [rad]."""
+ROLL_STEPS = 8
+"""Secant steps to it."""
+LONGEST_STEP = 10.0
+"""Longest step of an unknown, relative to its unit."""
+STEP_PARTS = (1.0, 0.5, 0.1)
 """Parts of a step that are tried until the imbalance falls."""
-SLOW = 0.5
+SLOW_FALL = 0.5
 """Fall of the imbalance by a step from which on derivatives are computed anew."""
 
 Solver = Callable[[WheelOnRail], WheelForces]
@@ -58,34 +60,40 @@ class Balance:
 
     def unknowns(self, values: dict[str, float]) -> np.ndarray:
         """The unknowns that have these values, the others as they begin."""
-        found = [
-            values.get(name, begin) for name, begin in zip(self.names, self.origin, strict=True)
-        ]
-        return (np.array(found) - self.origin) / self.units
+        begins = dict(zip(self.names, self.origin, strict=True))
+        at = [values.get(name, begin) for name, begin in begins.items()]
+        return (np.array(at) - self.origin) / self.units
 
     def wheels(self, x: np.ndarray, solver: Solver) -> tuple[WheelForces, WheelForces]:
         values = self.values(x)
         moved = self.case.moved(values)
-        z = values["z"] if self.case.z is None else self.case.z
-        found: list[WheelForces] = []
+        z = self.case.z
+        if z is None:
+            z = values["z"]
+        wheels: list[WheelForces] = []
         for side in SIGN:
             wheel = moved.wheel(side, z)
-            above = wheel.touching - z
-            if above < 0:
-                found.append(solver(wheel))
-                continue
-            # above its rail, in the search pulled down as by a spring
-            arm = wheel.position.rotation @ [0.0, SIGN[side] * self.case.wheelset.middle, 0.0]
-            centre = np.array([0.0, wheel.position.y, z - self.case.wheelset.radius])
-            place = Frame(centre + arm, np.eye(3))
-            pull = np.array([0.0, 0.0, -self.load / 2 * above / self.depth])
-            found.append(WheelForces(wheel, z, (_patch_with(place, pull),)))
-        return found[0], found[1]
+            if wheel.touching < z:
+                wheels.append(solver(wheel))
+            else:
+                wheels.append(self._above_rail(wheel, z))
+        left, right = wheels
+        return left, right
+
+    def _above_rail(self, wheel: WheelOnRail, z: float) -> WheelForces:
+        """Forces on a wheel above its rail: in the search it is pulled down as by a spring."""
+        arm = wheel.position.rotation @ [0.0, SIGN[wheel.side] * self.case.wheelset.middle, 0.0]
+        centre = np.array([0.0, wheel.position.y, z - self.case.wheelset.radius])
+        above = wheel.touching - z
+        pull = np.array([0.0, 0.0, -self.load / 2 * above / self.depth])
+        return WheelForces(wheel, z, (_patch_with(Frame(centre + arm, np.eye(3)), pull),))
 
     def left_over(self, wheels: tuple[WheelForces, WheelForces]) -> dict[str, float]:
-        """Of each load, what the rails do not bear; by the load of the axle."""
-        case, (left, right) = self.case, wheels
-        force, moment = left.force + right.force, left.moment_on_wheelset + right.moment_on_wheelset
+        """The part of each load that the rails do not bear, relative to the load of the axle."""
+        case = self.case
+        left, right = wheels
+        force = left.force + right.force
+        moment = left.moment_on_wheelset + right.moment_on_wheelset
         half = case.wheelset.middle
         missing = {
             "longitudinal_force": case.longitudinal_force - force[0],
@@ -98,64 +106,64 @@ class Balance:
         return {name: float(value / self.load) for name, value in missing.items()}
 
     def imbalance(self, wheels: tuple[WheelForces, WheelForces]) -> np.ndarray:
-        """Of the loads, and then of the rails that yield."""
-        missing, case = self.left_over(wheels), self.case
-        rest = [missing[name] for name in self.loads]
-        for each in wheels if case.track.stiffness is not None else ():
-            given, now = (getattr(track, each.case.side) for track in (case.track, each.case.track))
-            moved = np.array([now.y - given.y, now.z - given.z])
-            rest += list((case.track.stiffness * moved - each.force[1:]) / self.load)
-        return np.array(rest)
+        """Imbalances of the loads, and then of the rails that yield."""
+        missing = self.left_over(wheels)
+        imbalances = [missing[name] for name in self.loads]
+        track = self.case.track
+        if track.stiffness is not None:
+            for each in wheels:
+                at_rest = getattr(track, each.case.side)
+                pushed = getattr(each.case.track, each.case.side)
+                moved = np.array([pushed.y - at_rest.y, pushed.z - at_rest.z])
+                imbalances += list((track.stiffness * moved - each.force[1:]) / self.load)
+        return np.array(imbalances)
 
     def errors(
         self, left: WheelForces, right: WheelForces, inverse: np.ndarray
     ) -> dict[str, float]:
-        """Of the unknowns, from the errors of the forces of each patch."""
-        felt = np.zeros(len(self.names))
+        """Errors of the unknowns, from the errors of the forces of each patch."""
+        balanced = self.imbalance((left, right))
+        total = np.zeros(len(self.names))
         for wheel in (left, right):
             for patch in wheel.patches:
-                for pushed in np.diag(patch.error):
-                    changed = WheelForces(
-                        wheel.case, wheel.z, (*wheel.patches, _patch_with(patch.frame, pushed))
-                    )
+                for error in np.diag(patch.error):
+                    pushed = (*wheel.patches, _patch_with(patch.frame, error))
+                    changed = WheelForces(wheel.case, wheel.z, pushed)
                     pair = (changed, right) if wheel is left else (left, changed)
-                    felt += np.abs(inverse @ (self.imbalance(pair) - self.imbalance((left, right))))
-        return dict(zip(self.names, (self.units * felt).tolist(), strict=True))
+                    total += np.abs(inverse @ (self.imbalance(pair) - balanced))
+        return dict(zip(self.names, (self.units * total).tolist(), strict=True))
 
 
 def _patch_with(frame: Frame, force: np.ndarray) -> FastPatch:
     """A patch with a force in its frame."""
-    return FastPatch(
-        frame, 0.0, Creepages(0.0, 0.0, 0.0, 1.0), 0.0, Ellipse(0.0, 0.0, 0.0, 0.0), force, 0.0
-    )
+    at_rest = Creepages(0.0, 0.0, 0.0, 1.0)
+    point = Ellipse(0.0, 0.0, 0.0, 0.0)
+    return FastPatch(frame, 0.0, at_rest, 0.0, point, force, 0.0)
 
 
 def equations(case: WheelSetOnTrack, held: tuple[str, ...] = ()) -> Balance:
     """Unknowns and loads, without free quantities that are `held`; wheels are as deep as by
     Hertz.
     """
-    radius, half, speed = case.wheelset.radius, case.wheelset.middle, case.velocity.speed
+    radius = case.wheelset.radius
+    half = case.wheelset.middle
+    speed = case.velocity.speed
     stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(radius)
-    load, roll = case.vertical_force, case.position.roll
+    # both wheels on their rails
+    roll = case.position.roll
     if "roll" in case.free:
         roll = _level(case)
     at = case.moved({"roll": roll})
     wheels = [at.wheel(side, 0.0) for side in SIGN]
     touching = [wheel.touching for wheel in wheels]
     rolling = float(np.mean([wheel.locus.radii[wheel.locus.gap.argmin()] for wheel in wheels]))
-    for wheel in wheels:
-        outwards, nearest = (
-            SIGN[wheel.side] * wheel.locus.points[:, 1],
-            int(wheel.locus.gap.argmin()),
-        )
-        y = SIGN[wheel.side] * float(outwards[nearest])
-        if outwards.max() - outwards[nearest] < EDGE:
-            reason = f"the {wheel.side} wheel is on its outer end, at y = {y:.4g} mm, and falls between the rails"
-            raise SceneError("position.y", case.position.y, message=reason)
+    _check_outer_ends(wheels)
+    # the load of the axle, and the depth to which it presses wheels
+    load = case.vertical_force
     if load is None:
-        assert case.z is not None
-        load = 2 * stiffness * max(case.z - max(touching), 1e-3) ** 1.5
+        load = _load_at(case, max(touching), stiffness)
     depth = (load / 2 / stiffness) ** (2 / 3)
+    # the unknowns
     slow = CREEPAGE * speed
     unknown = {  # where the search begins, and the unit
         "z": (float(np.mean(touching)) + depth, depth),
@@ -164,21 +172,44 @@ def equations(case: WheelSetOnTrack, held: tuple[str, ...] = ()) -> Balance:
         "yaw": (case.position.yaw, CREEPAGE),
         "lateral": (case.velocity.lateral, slow),
         "yaw_rate": (case.velocity.yaw_rate, slow / half),
-        # not what is given: creep forces may be saturated there
+        # not that of the case: creep forces may be saturated there
         "pitch_rate": (-speed / rolling, slow / radius),
         "speed": (speed, slow),
     }
-    names = (*(["z"] if case.z is None else []), *case.free)
-    names = tuple(name for name in names if name not in held)
+    names = [name for name in case.free if name not in held]
+    if case.z is None:
+        names.insert(0, "z")
     loads = tuple(BALANCED[name] for name in names)
+    # rails that yield, and lower the axle
     if case.track.stiffness is not None:
+        sideways, downwards = case.track.stiffness
         for side in SIGN:
-            for name, each, pushed in zip("yz", case.track.stiffness, (0.0, load / 2), strict=True):
-                names = (*names, f"{side}_{name}")
-                unknown[f"{side}_{name}"] = pushed / each, depth
-        unknown["z"] = unknown["z"][0] + load / 2 / case.track.stiffness[1], depth
+            names += [f"{side}_y", f"{side}_z"]
+            unknown[f"{side}_y"] = 0.0 / sideways, depth
+            unknown[f"{side}_z"] = load / 2 / downwards, depth
+        unknown["z"] = unknown["z"][0] + load / 2 / downwards, depth
     origin, units = np.array([unknown[name] for name in names]).reshape(-1, 2).T
-    return Balance(case, names, loads, load, float(depth), origin, units)
+    return Balance(case, tuple(names), loads, load, float(depth), origin, units)
+
+
+def _load_at(case: WheelSetOnTrack, touching: float, stiffness: float) -> float:
+    """The load of the axle at its height, by Hertz, where it touches at another one."""
+    assert case.z is not None
+    return 2 * stiffness * max(case.z - touching, 1e-3) ** 1.5
+
+
+def _check_outer_ends(wheels: list[WheelOnRail]) -> None:
+    """Refuse wheels one of which stands on its outer end, and so falls between the rails."""
+    for wheel in wheels:
+        outwards = SIGN[wheel.side] * wheel.locus.points[:, 1]
+        nearest = int(wheel.locus.gap.argmin())
+        if outwards.max() - outwards[nearest] < EDGE:
+            y = SIGN[wheel.side] * float(outwards[nearest])
+            reason = (
+                f"the {wheel.side} wheel is on its outer end, at y = {y:.4g} mm, "
+                "and falls between the rails"
+            )
+            raise SceneError("position.y", wheel.position.y, message=reason)
 
 
 def _level(case: WheelSetOnTrack) -> float:
@@ -191,15 +222,19 @@ def _level(case: WheelSetOnTrack) -> float:
         return left - right
 
     first = -higher(0.0) / (2 * case.wheelset.middle)
-    if abs(first) < LEVEL:
+    if abs(first) < ROLL_TOL:
         return first
-    found = root_scalar(higher, x0=0.0, x1=first, method="secant", xtol=LEVEL, maxiter=LEVELLED)
-    return float(found.root) if abs(found.root) < STEEPEST else first
+    root = root_scalar(
+        higher, x0=0.0, x1=first, method="secant", xtol=ROLL_TOL, maxiter=ROLL_STEPS
+    ).root
+    if abs(root) < STEEPEST:
+        return float(root)
+    return first
 
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """Unknowns with what they leave out of balance, and derivatives of that."""
+    """Unknowns with the imbalance that they leave, and derivatives of that."""
 
     x: np.ndarray
     imbalance: np.ndarray
@@ -222,19 +257,24 @@ def broyden(
     Broyden's method with steps that are shortened until the imbalance falls; derivatives are
     computed anew, by differences, where it falls too slowly.
     """
-    at, fresh = Iterate(start, imbalance(start), derivatives), False
+    at = Iterate(start, imbalance(start), derivatives)
     for _ in range(rounds):
         if at.largest <= tol:
             break
-        if at.derivatives is None:
-            at, fresh = Iterate(at.x, at.imbalance, _differences(imbalance, at)), True
+        # derivatives by differences, where there are none that are good enough
+        by_differences = at.derivatives is None
+        if by_differences:
+            at = Iterate(at.x, at.imbalance, _differences(imbalance, at))
+        # a step, which corrects them
         after = _step(imbalance, at)
-        if after is None and fresh:
-            break
-        if after is None or (not fresh and after.largest > SLOW * at.largest):
-            at, fresh = Iterate((after or at).x, (after or at).imbalance, None), False
+        if after is None:
+            if by_differences:
+                break
+            at = Iterate(at.x, at.imbalance, None)
+        elif not by_differences and after.largest > SLOW_FALL * at.largest:
+            at = Iterate(after.x, after.imbalance, None)
         else:
-            at, fresh = after, False
+            at = after
     return at
 
 
@@ -247,8 +287,8 @@ def _step(imbalance: Callable[[np.ndarray], np.ndarray], at: Iterate) -> Iterate
     """The iterate after one step, None if the imbalance does not fall."""
     assert at.derivatives is not None
     step = -np.linalg.lstsq(at.derivatives, at.imbalance, rcond=1e-12)[0]
-    step *= min(1.0, LONGEST / np.abs(step).max(initial=1e-300))
-    for part in SHORTER:
+    step *= min(1.0, LONGEST_STEP / np.abs(step).max(initial=1e-300))
+    for part in STEP_PARTS:
         moved = part * step
         try:
             after = imbalance(at.x + moved)

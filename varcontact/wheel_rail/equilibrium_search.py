@@ -41,18 +41,18 @@ WIDER = 4.0
 MOST_CREEP = 0.9
 """Largest difference from rolling: nearly locked, or spinning nearly twice as fast."""
 SPACING_Y = 0.5
-"""Of the positions that are tried [mm]."""
+"""Spacing of the positions that are tried [mm]."""
 SPACING_YAW = 5e-4
-"""Of the yaws that are tried [rad], and so of velocities by the speed."""
+"""Spacing of the yaws that are tried [rad], and so of velocities relative to the speed."""
 GROWTH = 6.0
 """Steps of yaw within which the spacing grows by half."""
 FARTHEST_YAW = 0.06
-"""Largest yaw that is tried [rad], and so of velocities by the speed."""
+"""Largest yaw that is tried [rad], and so velocity relative to the speed."""
 LATTICES = (1.0, 400), (0.25, 20)
-"""Spacings of the lattices that are tried, and how many points away they reach: the second is where
-a balance is missed by least."""
+"""Spacings of the lattices that are tried, and their reach in points: the second is where a balance
+is missed by least."""
 NEARBY = 3.0
-"""Distance of the balance from the point where it was expected, by the spacing."""
+"""Largest distance of the balance from the point where it was expected, in spacings."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,8 @@ class Search:
     """The balance of a case by a fast way."""
 
     def __init__(self, case: WheelSetOnTrack, way: FastWay) -> None:
-        self._case, self._way = case, way
+        self._case = case
+        self._way = way
         sideways = [name for name in case.free if name in ("y", "lateral")]
         turning = [name for name in case.free if name in ("yaw", "yaw_rate")]
         self._held = (*sideways, *turning)
@@ -105,36 +106,38 @@ class Search:
         if not self._held:
             whole = equations(self._case)
             return whole, self._root(whole, whole.unknowns(self._found), TOL).x
-        origin, nearest = np.zeros(len(self._held)), None
-        for fine, ways in LATTICES:
-            balanced, missed = self._on_lattice(origin, fine, ways)
+        origin = np.zeros(len(self._held))
+        nearest = None
+        for spacing, reach in LATTICES:
+            balanced, missed = self._on_lattice(origin, spacing, reach)
             if balanced is not None:
                 return balanced
             if missed is None:
                 break
             # a finer lattice around the point that came nearest
             number, point, missing = missed
-            origin = origin + fine * point
+            origin = origin + spacing * point
             nearest = number, missing, self._values(origin)
         raise self._refusal(nearest)
 
     def _on_lattice(
-        self, origin: np.ndarray, fine: float, ways: int
+        self, origin: np.ndarray, spacing: float, reach: int
     ) -> tuple[tuple[Balance, np.ndarray] | None, Nearest | None]:
-        """The balance, or where it is missed by least, on a lattice around an origin."""
-        lattice = Lattice(lambda point: self._left_over(origin + fine * np.array(point)), ways)
+        """The balance, or the point where it is missed by least, on a lattice around an origin."""
+        lattice = Lattice(lambda point: self._left_over(origin + spacing * np.array(point)), reach)
         for point, last in lattice.brackets(len(self._held)):
-            balanced = self._balanced(origin + fine * point, ROUGH if last else SMOOTH)
+            tol = ROUGH if last else SMOOTH
+            balanced = self._balanced(origin + spacing * point, tol)
             if balanced is not None:
                 return balanced, None
         return None, lattice.nearest
 
     def _values(self, point: np.ndarray) -> dict[str, float]:
-        """Those that the wheel set is held at, by the coordinates of a point on the lattice."""
+        """Values that the wheel set is held at, by the coordinates of a point on the lattice."""
         values = dict(self._begin)
-        for name, k in zip(self._held, point.tolist(), strict=True):
-            # farther from each other where friction is saturated
-            steps = k if name == "y" else GROWTH * math.sinh(k / GROWTH)
+        for name, steps in zip(self._held, point.tolist(), strict=True):
+            if name != "y":  # farther from each other where friction is saturated
+                steps = GROWTH * math.sinh(steps / GROWTH)
             values[name] += self._spacing[name] * steps
         return values
 
@@ -142,10 +145,9 @@ class Search:
         """Loads that are not borne where the wheel set is held; None where it cannot be held."""
         values = self._values(point)
         most = FARTHEST_YAW / SPACING_YAW
-        if any(
-            abs(values[name]) > most * self._spacing[name] for name in self._held if name != "y"
-        ):
-            return None
+        for name in self._held:
+            if name != "y" and abs(values[name]) > most * self._spacing[name]:
+                return None
         try:
             missing = self._hold(point)
         except (NoContact, NotConverged, SceneError):
@@ -155,12 +157,14 @@ class Search:
         return np.array([missing[BALANCED[name]] for name in self._held])
 
     def _hold(self, point: np.ndarray) -> dict[str, float]:
-        """The other loads balanced where the wheel set is held; what is left over."""
+        """Loads that are not borne where the wheel set is held, with the others balanced."""
         balance = equations(self._case.moved(self._values(point)), self._held)
         spun = next((name for name in ("pitch_rate", "speed") if name in balance.names), None)
+        # from the wheel set held before
         at: Iterate | None = None
         if self._last is not None:
             at = self._root(balance, self._last, HELD_TOL, self._derivatives)
+        # from rolling wheels
         if at is None or at.largest > HELD_TOL:
             x = np.zeros(len(balance.names))
             for _ in range(ATTEMPTS):
@@ -172,7 +176,8 @@ class Search:
         assert at is not None
         if at.largest > ROUGH:
             raise NotConverged(unbalanced(balance, at.imbalance), at.largest)
-        self._last, self._derivatives = at.x, at.derivatives
+        self._last = at.x
+        self._derivatives = at.derivatives
         self._found = balance.values(at.x)
         self._wheels = balance.wheels(at.x, self._way)
         return balance.left_over(self._wheels)
@@ -202,19 +207,31 @@ class Search:
             left, right = (self._way.at_velocity(wheel, velocity) for wheel in pair)
             return balance.left_over((left, right))[BALANCED[name]]
 
-        low, high, step = -CREEPAGE, CREEPAGE, CREEPAGE
-        below, above = left_over(low), left_over(high)
+        # a bracket, which is moved away from the end that leaves more
+        step = CREEPAGE
+        low = -step
+        high = step
+        below = left_over(low)
+        above = left_over(high)
         while below * above > 0 and step < MOST_CREEP:
             step = min(WIDER * step, MOST_CREEP)
             if abs(below) < abs(above):
-                high, above, low = low, below, -step
+                high = low
+                above = below
+                low = -step
                 below = left_over(low)
             else:
-                low, below, high = high, above, step
+                low = high
+                below = above
+                high = step
                 above = left_over(high)
-        creep = low if abs(below) < abs(above) else high
+        # the root in it, or else the end that leaves less
         if below * above <= 0:
             creep = float(brentq(left_over, low, high, xtol=1e-7))
+        elif abs(below) < abs(above):
+            creep = low
+        else:
+            creep = high
         return balance.unknowns(balance.values(x) | {name: pure * (1 + creep)})
 
     def _balanced(self, point: np.ndarray, tol: float) -> tuple[Balance, np.ndarray] | None:
@@ -226,58 +243,64 @@ class Search:
             at = self._root(whole, whole.unknowns(values | self._found), TOL)
         except (NoContact, NotConverged, SceneError):
             return None
-        found = whole.values(at.x)
-        near = [
-            abs(found[name] - values[name]) <= NEARBY * self._spacing[name] for name in self._held
-        ]
-        return (whole, at.x) if all(near) and at.largest <= tol else None
+        if not at.largest <= tol:
+            return None
+        balanced = whole.values(at.x)
+        for name in self._held:
+            if not abs(balanced[name] - values[name]) <= NEARBY * self._spacing[name]:
+                return None
+        return whole, at.x
 
     def _refusal(self, nearest: tuple[int, float, dict[str, float]] | None) -> SceneError:
         """No position bears the loads: by how much the nearest one fails."""
-        load = BALANCED[self._held[0 if nearest is None else nearest[0]]]
+        load = BALANCED[self._held[0]]
         words = "no position bears the loads"
         if nearest is not None:
-            _, missing, values = nearest
+            number, missing, values = nearest
+            load = BALANCED[self._held[number]]
             places = ", ".join(f"{name} = {value:.4g}" for name, value in values.items())
             words += f": nearest to it, at {places}, {short(equations(self._case), load, missing)}"
         return SceneError(load, getattr(self._case, load), message=words)
 
 
 def on_flange(wheel: WheelOnRail) -> bool:
-    """Whether a wheel stands on its rail with the lower half of its flange."""
+    """True if a wheel stands on its rail with the lower half of its flange."""
     radius = wheel.locus.radii[wheel.locus.gap.argmin()]
     return bool(radius > wheel.wheelset.radius + wheel.wheelset.profile.z.max() / 2)
 
 
 def unbalanced(balance: Balance, imbalance: np.ndarray) -> str:
-    """That a wheel set has no balance, by how much it misses it, and why that may be."""
+    """A sentence on the largest imbalance of a wheel set without balance, and a likely cause."""
     case = balance.case
     words = f"no balance was found at y = {case.position.y:.4g} mm, where"
     wheels = [case.wheel(side, 0.0) for side in SIGN]
-    laws = [
-        each.friction.static if isinstance(each.friction, Law) else each.friction_at(0.0)
-        for each in wheels
-    ]
-    bearable = (case.vertical_force or np.inf) * max(laws)
-    for name, arm in (("torque", case.wheelset.radius), ("longitudinal_force", 1.0)):
-        if abs(getattr(case, name)) > bearable * arm:
-            return f"{words} {name} = {getattr(case, name):.4g} is more than friction bears, about {bearable * arm:.4g}"
+    # more than friction bears
+    limit = (case.vertical_force or np.inf) * max(_static_friction(each) for each in wheels)
+    limits = {"torque": limit * case.wheelset.radius, "longitudinal_force": limit * 1.0}
+    for name, bearable in limits.items():
+        load = getattr(case, name)
+        if abs(load) > bearable:
+            return f"{words} {name} = {load:.4g} is more than friction bears, about {bearable:.4g}"
+    # the load that is missed by most; rails that yield come after the loads
     k = int(np.abs(imbalance).argmax())
-    # rails that yield come after the loads
-    missing = (
-        short(balance, balance.loads[k], float(imbalance[k]))
-        if k < len(balance.loads)
-        else "a rail yields"
-    )
+    missing = "a rail yields"
+    if k < len(balance.loads):
+        missing = short(balance, balance.loads[k], float(imbalance[k]))
     for wheel in wheels:
         if on_flange(wheel):
             return f"{words} {missing}: the {wheel.side} wheel stands on its rail with its flange"
     return f"{words} {missing}: a wheel may climb, fall or be wedged"
 
 
+def _static_friction(wheel: WheelOnRail) -> float:
+    if isinstance(wheel.friction, Law):
+        return wheel.friction.static
+    return wheel.friction_at(0.0)
+
+
 def short(balance: Balance, load: str, missing: float) -> str:
-    """By how much a load is not borne; `missing` is by the load of the axle, and the arm of a
-    moment.
+    """A sentence on the part of a load that is not borne; `missing` is relative to the load of the
+    axle, and the arm of a moment.
     """
     middle = balance.case.wheelset.middle
     arms = {"roll_moment": middle, "yaw_moment": middle, "torque": balance.case.wheelset.radius}

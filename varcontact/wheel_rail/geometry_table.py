@@ -138,24 +138,33 @@ class GeometryTable:
         """
         checks.choice("side", side, tuple(SIGN))
         sign = SIGN[side]
-        (i, s), (j, t) = _cell("y", self.y, y, sign), _cell("yaw", self.yaw, yaw, sign)
+        i, s = _cell("y", self.y, y, sign)
+        j, t = _cell("yaw", self.yaw, yaw, sign)
+        # the four nodes around the position, or the nearest where their numbers of patches differ
         four = slice(i, i + 2), slice(j, j + 2)
-        z, counts, nodes = (
-            self.z[four].ravel(),
-            self.count[four].ravel(),
-            self.patches[four].reshape(4, SLOTS, COLUMNS),
-        )
+        z = self.z[four].ravel()
+        counts = self.count[four].ravel()
+        nodes = self.patches[four].reshape(4, SLOTS, COLUMNS)
         weights = np.array([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t])
         if np.ptp(counts) > 0:
             nearest = [2 * round(s) + round(t)]
-            z, counts, nodes, weights = z[nearest], counts[nearest], nodes[nearest], np.ones(1)
+            z = z[nearest]
+            counts = counts[nearest]
+            nodes = nodes[nearest]
+            weights = np.ones(1)
         if counts[0] == 0:
-            reason = f"y = {y:g} mm, yaw = {yaw:g}: the {side} wheel has no contact there, see the warning of the table"
+            reason = (
+                f"y = {y:g} mm, yaw = {yaw:g}: the {side} wheel has no contact there, "
+                "see the warning of the table"
+            )
             raise NoContact("y", y, message=reason)
+        # linear in between, but for forces and sizes, which are scaled to the load
         load = weights @ (nodes[..., 6] * np.cos(nodes[..., 3])).sum(axis=-1)
-        found = np.tensordot(weights, nodes[:, : counts[0]], 1)
-        found[:, 4:] *= (load / float(found[:, 6] @ np.cos(found[:, 3]))) ** GROWTH
-        return float(weights @ z), found * MIRRORED if side == "left" else found
+        patches = np.tensordot(weights, nodes[:, : counts[0]], 1)
+        patches[:, 4:] *= (load / float(patches[:, 6] @ np.cos(patches[:, 3]))) ** GROWTH
+        if side == "left":
+            patches = patches * MIRRORED
+        return float(weights @ z), patches
 
     @checks.named_options(lambda given: theory_options())
     def forces(
@@ -187,39 +196,50 @@ class GeometryTable:
         """
         checks.kind("velocity", velocity, Velocity)
         sides = [self.contacts(y, yaw, side) for side in ("left", "right")]
-        patches, radius = np.concatenate([found for _, found in sides]), self.wheelset.radius
-        # each wheel at its own height: of the roll that takes, this is what counts in the creepages
-        axle = [[0.0, y, z - radius] for z, found in sides for _ in found]
-        cosine, sine, nothing = np.cos(patches[:, 3]), np.sin(patches[:, 3]), np.zeros(len(patches))
-        lateral, inwards = np.array([nothing, cosine, sine]).T, np.array([nothing, -sine, cosine]).T
+        patches = np.concatenate([contacts for _, contacts in sides])
+        # arms from the middle of the axle; each wheel is at its own height: of the roll of the
+        # wheel set, this is what counts in the creepages
+        radius = self.wheelset.radius
+        axle = [[0.0, y, z - radius] for z, contacts in sides for _ in contacts]
         arms = patches[:, :3] - axle
-        # as `WheelOnRail.creepage`, of the particles at the depth of the approach
+        cosine = np.cos(patches[:, 3])
+        sine = np.sin(patches[:, 3])
+        nothing = np.zeros(len(patches))
+        lateral = np.array([nothing, cosine, sine]).T
+        inwards = np.array([nothing, -sine, cosine]).T
+        # velocities of the particles at the depth of the approach, as in `WheelOnRail.creepage`
         deep = arms + patches[:, 7:] * inwards
-        pitch = -velocity.speed / radius if velocity.pitch_rate is None else velocity.pitch_rate
+        pitch = velocity.pitch_rate
+        if pitch is None:
+            pitch = -velocity.speed / radius
         turning = np.array(
             [velocity.roll_rate - pitch * np.sin(yaw), pitch * np.cos(yaw), velocity.yaw_rate]
         )
-        particle = np.array([velocity.speed, velocity.lateral, velocity.vertical]) + np.cross(
-            turning, deep
-        )
+        moving = np.array([velocity.speed, velocity.lateral, velocity.vertical])
+        particle = moving + np.cross(turning, deep)
+        # creepages
         speed = velocity.speed - velocity.yaw_rate * deep[:, 1] - particle[:, 0] / 2
         check_forward(float(speed.min()))
-        vx, vy, spin = rolled = (
-            -np.array([particle[:, 0], (particle * lateral).sum(axis=1), inwards @ turning]) / speed
-        )
-        formula, (G, nu) = formula_of(theory, options), elastic(self.bodies, None, None)
+        slip = [particle[:, 0], (particle * lateral).sum(axis=1), inwards @ turning]
+        creepage = -np.array(slip) / speed
+        vx, vy, spin = creepage
+        # forces of the theory, in the frames of the patches
+        formula = formula_of(theory, options)
+        G, nu = elastic(self.bodies, None, None)
         a, b, normal = patches[:, 4:7].T
         coefficients = no_slip_coefficients(a / b, nu)
-        Fx, Fy, Mz = formula(
-            Contact(a, b, G, nu, self.friction * normal, vx, vy, spin, 1.0, coefficients), **options
-        )
+        limit = self.friction * normal
+        contact = Contact(a, b, G, nu, limit, vx, vy, spin, 1.0, coefficients)
+        Fx, Fy, Mz = formula(contact, **options)
         if np.isnan(Mz).any():
             raise SceneError("theory", theory, "a theory with a moment, such as fastsim or table")
+        # on the wheel set, along the axes of the track
         on_wheel = -(normal[:, None] * inwards + Fy[:, None] * lateral)
         on_wheel[:, 0] = -Fx
         moment = np.cross(arms, on_wheel) - Mz[:, None] * inwards
+        tangential = np.array([Fx, Fy]).T
         return WheelSetForces(
-            on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled.T, np.array([Fx, Fy]).T
+            on_wheel.sum(axis=0), moment.sum(axis=0), patches, creepage.T, tangential
         )
 
 
@@ -274,46 +294,51 @@ def geometry_table(
     if not track.constant or not wheelset.constant:
         raise SceneError("track", track, "one profile along the track, and a round wheel")
     if np.isfinite(track.curve_radius) or not track.left == track.right == Irregularity():
-        reason = "track: a table is of straight, even track; in a curve add speed / curve_radius to the yaw rate"
+        reason = (
+            "track: a table is of straight, even track; "
+            "in a curve add speed / curve_radius to the yaw rate"
+        )
         raise SceneError("track", track.curve_radius, message=reason)
-    nodes, coefficient = [_nodes("y", y), _nodes("yaw", yaw)], checks.positive("friction", friction)
+    y = _nodes("y", y)
+    yaw = _nodes("yaw", yaw)
+    coefficient = checks.positive("friction", friction)
     report = checks.progress(progress)
-    shape = nodes[0].size, nodes[1].size
-    z, count, patches = (
-        np.full(shape, np.nan),
-        np.zeros(shape, dtype=int),
-        np.full((*shape, SLOTS, COLUMNS), np.nan),
-    )
+    shape = y.size, yaw.size
+    z = np.full(shape, np.nan)
+    count = np.zeros(shape, dtype=int)
+    patches = np.full((*shape, SLOTS, COLUMNS), np.nan)
     without: list[tuple[float, float, VarcontactError]] = []
     for i, j in np.ndindex(shape):
         report(f"{i * shape[1] + j} of {shape[0] * shape[1]} positions")
-        at = float(nodes[0][i]), float(nodes[1][j])
         case = WheelOnRail(
             track=track,
             wheelset=wheelset,
-            position=Position(y=at[0], yaw=at[1]),
+            position=Position(y=float(y[i]), yaw=float(yaw[j])),
             vertical_force=vertical_force,
             with_friction=False,
             friction=friction,
             bodies=bodies,
         )
         try:
-            found = case.estimate(normal)
+            wheel = case.estimate(normal)
         except (SceneError, NotConverged) as error:
-            without.append((*at, error))
+            without.append((float(y[i]), float(yaw[j]), error))
             continue
-        if len(found.patches) > SLOTS:
+        if len(wheel.patches) > SLOTS:
             warnings.warn(
-                f"of {len(found.patches)} patches, the {SLOTS} with the largest force count",
+                f"of {len(wheel.patches)} patches, the {SLOTS} with the largest force count",
                 stacklevel=3,
             )
-        largest = sorted(found.patches, key=lambda each: -each.force[2])[:SLOTS]
+        largest = sorted(wheel.patches, key=lambda each: -each.force[2])[:SLOTS]
         kept = sorted(largest, key=lambda each: each.frame.origin[1])
-        z[i, j], count[i, j], patches[i, j] = found.z, len(kept), 0.0
+        z[i, j] = wheel.z
+        count[i, j] = len(kept)
+        patches[i, j] = 0.0
         for k, each in enumerate(kept):
             ellipse = each.ellipse
             sizes = ellipse.a, ellipse.b, ellipse.normal_force, each.approach
             patches[i, j, k] = [*each.frame.origin, each.angle, *sizes]
+    # nodes without contact
     if len(without) == count.size:
         raise without[0][-1]
     if without:
@@ -322,7 +347,7 @@ def geometry_table(
         warnings.warn(
             f"{len(without)} of {count.size} nodes have no contact, {where}: {first}", stacklevel=3
         )
-    return GeometryTable(nodes[0], nodes[1], z, count, patches, wheelset, bodies, coefficient)
+    return GeometryTable(y, yaw, z, count, patches, wheelset, bodies, coefficient)
 
 
 def _nodes(field: str, value: Any) -> np.ndarray:
@@ -374,28 +399,42 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     Examples
     --------
     >>> from varcontact.wheel_rail import Profile
-    >>> track, wheelset = Track(rail=Profile.rail_60e1(), cant=1 / 40), WheelSet(wheel=Profile.s1002())
+    >>> track = Track(rail=Profile.rail_60e1(), cant=1 / 40)
+    >>> wheelset = WheelSet(wheel=Profile.s1002())
     >>> print(rolling_radius_difference(track, wheelset, [0.0, 1.0, 3.0, 5.0]).round(2))
     [0.   0.61 0.94 1.45]
     """
     checks.kind("track", track, Track)
     checks.kind("wheelset", wheelset, WheelSet)
     places = checks.numbers("y", y)
-    wheel, rail, radii = wheelset.placed("right"), track.placed("right"), {}
+    wheel = wheelset.placed("right")
+    rail = track.placed("right")
+    radii = {}
     for each in {*places.flat, *(-places).flat}:
         locus = contact_locus(wheel, rail, np.eye(3), np.array([0.0, each, -wheelset.radius]))
-        gap, nearest = np.pad(locus.gap, 1, constant_values=np.inf), int(locus.gap.argmin())
+        nearest = int(locus.gap.argmin())
+        gap = np.pad(locus.gap, 1, constant_values=np.inf)
         before, least, after = gap[nearest : nearest + 3]
         if not np.isfinite(before + after):
             raise SceneError(
                 "y", each, message=f"y = {each:g} mm: the wheel touches at the end of a profile"
             )
         # at the lowest point of a parabola through the nearest circles
-        step, bend = locus.s[nearest] - locus.s[nearest - 1], before - 2 * least + after
-        beside = step * (before - after) / (2 * bend) if bend > 0 else 0.0
+        step = locus.s[nearest] - locus.s[nearest - 1]
+        bend = before - 2 * least + after
+        beside = 0.0
+        if bend > 0:
+            beside = step * (before - after) / (2 * bend)
         radii[each] = float(wheel.points(locus.s[nearest] + beside)[1])
-    found = np.array([radii[each] - radii[-each] for each in places.flat]).reshape(places.shape)
-    return found if found.ndim else float(found)
+    differences = [radii[each] - radii[-each] for each in places.flat]
+    return _like(places, np.array(differences).reshape(places.shape))
+
+
+def _like(given: np.ndarray, values: np.ndarray) -> Any:
+    """Values as an array, or as a number where a number is given."""
+    if given.ndim:
+        return values
+    return float(values)
 
 
 @checks.named_options()
@@ -428,7 +467,8 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
     Examples
     --------
     >>> from varcontact.wheel_rail import Profile
-    >>> track, wheelset = Track(rail=Profile.rail_60e1(), cant=1 / 40), WheelSet(wheel=Profile.s1002())
+    >>> track = Track(rail=Profile.rail_60e1(), cant=1 / 40)
+    >>> wheelset = WheelSet(wheel=Profile.s1002())
     >>> print(f"{equivalent_conicity(track, wheelset, 3.0):.2f}")
     0.17
     """
@@ -442,14 +482,16 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
     between = make_interp_spline(nodes, difference, k=1)
     work = between.antiderivative()
     phase = (np.arange(PHASES) + 0.5) / PHASES * np.pi / 2
-    y, quickest = wanted[..., None] * np.sin(phase), wanted[..., None] * np.cos(phase)
+    y = wanted[..., None] * np.sin(phase)
+    quickest = wanted[..., None] * np.cos(phase)
     left = work(wanted)[..., None] - work(y)
+    # of the wave; where there is none, of that of the opposite difference; else linearised
+    conicity = _of_wave(left, quickest)
     turned_away = -_of_wave(-left, quickest)
     linearised = np.mean(between(y) * np.sin(phase), axis=-1) / wanted
-    found = _of_wave(left, quickest)
-    found = np.where(np.isnan(found), turned_away, found)
-    found = np.where(np.isnan(found), linearised, found)
-    return found if found.ndim else float(found)
+    conicity = np.where(np.isnan(conicity), turned_away, conicity)
+    conicity = np.where(np.isnan(conicity), linearised, conicity)
+    return _like(wanted, conicity)
 
 
 def _of_wave(left: np.ndarray, quickest: np.ndarray) -> np.ndarray:

@@ -1,5 +1,5 @@
-"""Contact locus: the points of a wheel that come nearest to a rail, and where
-these are below its surface.
+"""Contact locus: the points of a wheel that come nearest to a rail, and the runs
+of them that are below its surface.
 
 On each circle of the wheel one point can touch a rail that is straight along x:
 the one whose normal has no component along x (Wang 1984, "The track of wheel
@@ -24,13 +24,18 @@ STEP = 0.05
 """Distance of the circles of the wheel [mm]."""
 CIRCLE = 0.2
 """The same where surfaces vary [mm]."""
-REACH, PLANE = 50.0, 1.0
-"""Distance of the planes from the axle, and of each other [mm]."""
-AWAY, SMALL = 10, 1e-6
-"""Planes over which the curvature along the track is a mean, and the least rise over them [mm]."""
+PLANES_REACH = 50.0
+"""Largest distance of the planes from the axle [mm]."""
+PLANE = 1.0
+"""Distance of the planes from each other [mm]."""
+CURVATURE_PLANES = 10
+"""Planes before and behind over which the curvature along the track is a mean."""
+LEAST_RISE = 1e-6
+"""Least rise over them [mm], below which gaps are equal."""
 BESIDE = 1e-6
 """Distance of planes from a step [mm]."""
-ROUNDS = 8
+NEWTON_STEPS = 8
+"""Newton steps to the planes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,22 +102,30 @@ class Locus:
             If the contact reaches the end of a profile.
         """
         if z <= self.touching:
-            reason = f"no contact: z = {z:.6g} mm is above the rail; the wheel touches at z = {self.touching:.6g} mm"
+            reason = (
+                f"no contact: z = {z:.6g} mm is above the rail; "
+                f"the wheel touches at z = {self.touching:.6g} mm"
+            )
             raise NoContact("z", z, message=reason)
         if self.gaps is not None and (self.gaps[:, [0, -1]] < z).any():
-            reason = f"z = {z:.6g} mm: the wheel touches too far before or behind its axle; a step is too high"
+            reason = (
+                f"z = {z:.6g} mm: the wheel touches too far before or behind its axle; "
+                "a step is too high"
+            )
             raise SceneError("z", z, message=reason)
         inside = np.concatenate([[False], self.gap < z, [False]])
         edges = np.flatnonzero(np.diff(inside.astype(int))).tolist()
-        found = []
+        overlaps = []
         for first, stop in zip(edges[::2], edges[1::2], strict=True):
             for end, beside in ((first, first - 1), (stop - 1, stop)):
                 if not 0 <= beside < self.gap.size or not np.isfinite(self.gap[beside]):
-                    y = self.points[end, 1]
-                    reason = f"the contact reaches the end of a profile near y = {y:.4g} mm: it is too narrow or rough"
+                    reason = (
+                        f"the contact reaches the end of a profile near "
+                        f"y = {self.points[end, 1]:.4g} mm: it is too narrow or rough"
+                    )
                     raise SceneError("z", z, message=reason)
-            found.append(overlap(self, slice(first, stop), z))
-        return found
+            overlaps.append(overlap(self, slice(first, stop), z))
+        return overlaps
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,26 +158,28 @@ def overlap(locus: Locus, run: slice, z: float) -> Overlap:
     depth = np.asarray(z - locus.gap[run])
     surface = np.stack([points[:, 1], points[:, 2] - depth], axis=1)
     half_lengths = np.sqrt(2 * locus.curvature_radii[run] * np.maximum(depth, 0.0))
-    width = np.abs(np.gradient(points[:, 1])) if depth.size > 1 else np.ones(1)
-    ends, weights = points[:, 0] + np.multiply.outer([-1, 1], half_lengths), depth**2 * half_lengths
+    width = np.ones(1)
+    if depth.size > 1:
+        width = np.abs(np.gradient(points[:, 1]))
+    ends = points[:, 0] + np.multiply.outer([-1, 1], half_lengths)
+    weights = depth**2 * half_lengths
     if locus.gaps is not None and locus.planes is not None:
-        x, gaps = locus.planes, locus.gaps[run]
+        # surfaces that vary: sums over planes in place of parabolas along x
+        x = locus.planes
+        gaps = locus.gaps[run]
         inside = gaps < z
         # a rail that ends does not move the centre of the contact beside its end
         away = x - points[:, :1]
-        endless = np.where(
-            np.isfinite(gaps),
-            gaps,
-            locus.gap[run, None] + away**2 / (2 * locus.curvature_radii[run, None]),
-        )
+        parabola = locus.gap[run, None] + away**2 / (2 * locus.curvature_radii[run, None])
+        endless = np.where(np.isfinite(gaps), gaps, parabola)
         squared = np.maximum(z - endless, 0.0) ** 2 * np.gradient(x)
         some = inside.any(axis=1)
         points[some, 0] = squared[some] @ x / squared[some].sum(axis=1)
         weights = np.where(some, squared.sum(axis=1), weights)
-        first, last = inside.argmax(axis=1), x.size - 1 - inside[:, ::-1].argmax(axis=1)
-        ends = np.where(
-            some, [x[np.maximum(first - 1, 0)], x[np.minimum(last + 1, x.size - 1)]], ends
-        )
+        before = np.maximum(inside.argmax(axis=1) - 1, 0)
+        last = x.size - 1 - inside[:, ::-1].argmax(axis=1)
+        behind = np.minimum(last + 1, x.size - 1)
+        ends = np.where(some, [x[before], x[behind]], ends)
     return Overlap(run, locus, points, depth, surface, ends, weights * width)
 
 
@@ -206,9 +221,13 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     below = rail.at(points[:, 1])
     over = np.isfinite(below)
     if not over.any():
-        reason = f"the wheel is beside the rail: it is at y = {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm"
+        reason = (
+            "the wheel is beside the rail: it is at "
+            f"y = {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm"
+        )
         raise NoContact("position.y", float(centre[1]), message=reason)
-    gap, angles = np.full(s.size, np.inf), np.zeros(s.size)
+    gap = np.full(s.size, np.inf)
+    angles = np.zeros(s.size)
     gap[over] = rail.points(below[over])[:, 1] - points[over, 2]
     angles[over] = rail.angles(below[over])
     return Locus(s, theta, points, r, r, gap, angles, float(centre[2]))
@@ -220,34 +239,40 @@ def varied_locus(
     """The contact locus of a wheel over a rail of which one varies; arguments as of
     `contact_locus`.
     """
+    # circles, and planes across the track
     length = float(np.diff(wheel.features, axis=1).sum(axis=1).max())
     v = np.linspace(0.0, wheel.s[-1], int(np.ceil(length / CIRCLE)) + 1)
     radius = float(wheel.points(wheel.positions[:1], v[:1])[0, 0, 1])
     middle = float(wheel.points(wheel.positions[:1], np.array([v.mean()]))[0, 0, 0])
     lowest = float(centre[0] + rotation[0, 1] * middle + rotation[0, 2] * radius)
     planes = _planes(wheel, rail, lowest, radius)
-    theta = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :] + np.zeros(
-        (v.size, 1)
+    # points of the circles in the planes, and their heights above the rail
+    begin = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :]
+    theta, points, radii = _in_planes(
+        wheel, v, begin + np.zeros((v.size, 1)), planes, rotation, centre
     )
-    theta, points, radii = _in_planes(wheel, v, theta, planes, rotation, centre)
     gaps, by_x, by_y = rail.along(points, np.array([0.0, 0.0, 1.0]))
     gaps = np.where(np.isfinite(gaps), gaps, np.inf)
     if not np.isfinite(gaps).any():
-        reason = f"the wheel is beside the rail: it spans y from {points[..., 1].min():.5g} to "
-        raise NoContact(
-            "position.y", float(centre[1]), message=reason + f"{points[..., 1].max():.5g} mm"
+        reason = (
+            "the wheel is beside the rail: it spans y from "
+            f"{points[..., 1].min():.5g} to {points[..., 1].max():.5g} mm"
         )
+        raise NoContact("position.y", float(centre[1]), message=reason)
     # the nearest plane of each circle; of a flat, the middle
-    nearest = gaps <= gaps.min(axis=1, keepdims=True) + SMALL
+    nearest = gaps <= gaps.min(axis=1, keepdims=True) + LEAST_RISE
     off = np.abs(planes - (nearest @ planes / nearest.sum(axis=1))[:, None])
-    rows, k = np.arange(v.size), np.where(nearest, off, np.inf).argmin(axis=1)
+    k = np.where(nearest, off, np.inf).argmin(axis=1)
+    rows = np.arange(v.size)
+    # the lowest point of a parabola beside it
     shift, lower = _lowest_beside(planes, gaps, k)
     gap = gaps[rows, k] - lower
     at = points[rows, k]
     at[:, 0] += shift
     radii = radii[rows, k]
     curvature_radii = _curvature_radii(planes, gaps, k, gap, radii)
-    theta, angles = theta[rows, k] + shift / radii, np.arctan(np.nan_to_num(by_y[rows, k]))
+    theta = theta[rows, k] + shift / radii
+    angles = np.arctan(np.nan_to_num(by_y[rows, k]))
     slopes = np.nan_to_num(by_x[rows, k])
     height = float(centre[2])
     return Locus(v, theta, at, radii, curvature_radii, gap, angles, height, planes, gaps, slopes)
@@ -260,12 +285,11 @@ def _planes(wheel: Surface, rail: RailSurface, lowest: float, radius: float) -> 
     turned, *along = (
         each.positions[1:][np.diff(each.positions) == 0] for each in (wheel, *rail.parts)
     )
-    planes = lowest + np.arange(-REACH, REACH + PLANE / 2, PLANE)
+    planes = lowest + np.arange(-PLANES_REACH, PLANES_REACH + PLANE / 2, PLANE)
     turned = np.remainder(turned + np.pi, 2 * np.pi) - np.pi
+    on_wheel = lowest + radius * np.sin(turned[np.abs(turned) < PLANES_REACH / radius])
     ends = rail.ends[np.isfinite(rail.ends)]
-    steps = np.concatenate(
-        [ends, *along, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])]
-    )
+    steps = np.concatenate([ends, *along, on_wheel])
     steps = steps[(steps > planes[0]) & (steps < planes[-1])]
     return np.unique(np.concatenate([planes, steps - BESIDE, steps + BESIDE]))
 
@@ -282,20 +306,17 @@ def _in_planes(
     angles `theta`.
     """
     a, b, c = rotation[0]
-    for _ in range(ROUNDS):
+    for _ in range(NEWTON_STEPS):
         (y, r), (y_by, r_by) = np.moveaxis(wheel.points(theta, v[:, None])[:2], -1, 1)
-        sine, cosine = np.sin(theta), np.cos(theta)
+        sine = np.sin(theta)
+        cosine = np.cos(theta)
         off = a * r * sine + b * y + c * r * cosine + centre[0] - planes
         step = off / (a * (r * cosine + r_by * sine) + b * y_by + c * (r_by * cosine - r * sine))
         theta = theta - step
         if np.abs(step * r).max() < 1e-9:
             break
-    (y, r), sine, cosine = (
-        np.moveaxis(wheel.points(theta, v[:, None])[0], -1, 0),
-        np.sin(theta),
-        np.cos(theta),
-    )
-    points = np.stack([r * sine, y, r * cosine], axis=-1) @ rotation.T + centre
+    y, r = np.moveaxis(wheel.points(theta, v[:, None])[0], -1, 0)
+    points = np.stack([r * np.sin(theta), y, r * np.cos(theta)], axis=-1) @ rotation.T + centre
     points[..., 0] = planes
     return theta, points, r
 
@@ -303,12 +324,11 @@ def _in_planes(
 def _lowest_beside(
     planes: np.ndarray, gaps: np.ndarray, k: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """How far from the plane `k`, and how much lower, parabolas through the gaps there and beside
-    are lowest.
-
-    Both are 0 where there is none: beside steps, kinks and ends of rails.
+    """Distances from the planes `k`, and depths below them, of the lowest points of parabolas
+    through the gaps there and beside; 0 beside steps, kinks and ends of rails, which have none.
     """
-    rows, inside = np.arange(k.size), np.clip(k, 1, planes.size - 2)
+    rows = np.arange(k.size)
+    inside = np.clip(k, 1, planes.size - 2)
     left, middle, right = (gaps[rows, inside + i] for i in (-1, 0, 1))
     even = np.isclose(planes[inside + 1] - planes[inside - 1], 2 * PLANE) & (k == inside)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -322,15 +342,16 @@ def _lowest_beside(
 def _curvature_radii(
     planes: np.ndarray, gaps: np.ndarray, k: np.ndarray, gap: np.ndarray, radii: np.ndarray
 ) -> np.ndarray:
-    """Radii of circles through the gaps in planes before and behind the plane `k`, for fast ways.
+    """Radii of circles through the gaps in planes before and behind the planes `k`, for fast ways.
 
     Where the rail ends on one side the other one counts; where it ends on both, the circle of the
     wheel.
     """
-    rows, beside = np.arange(k.size), np.clip([k - AWAY, k + AWAY], 0, planes.size - 1)
+    rows = np.arange(k.size)
+    beside = np.clip([k - CURVATURE_PLANES, k + CURVATURE_PLANES], 0, planes.size - 1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        rises = np.maximum(gaps[rows, beside] - gap, SMALL)
+        rises = np.maximum(gaps[rows, beside] - gap, LEAST_RISE)
         curvatures = 2 * rises / (planes[beside] - planes[k]) ** 2
-        known = np.isfinite(curvatures)
-        found = known.sum(axis=0) / np.where(known, curvatures, 0.0).sum(axis=0)
-    return np.where(np.isfinite(found), np.clip(found, 1.0, 10 * radii), radii)
+        on_rail = np.isfinite(curvatures)
+        means = on_rail.sum(axis=0) / np.where(on_rail, curvatures, 0.0).sum(axis=0)
+    return np.where(np.isfinite(means), np.clip(means, 1.0, 10 * radii), radii)

@@ -5,9 +5,9 @@ distances.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -21,12 +21,14 @@ from varcontact.wheel_rail.slices import RailSurface, Surface
 
 GUARD = 1
 """Elements beyond the overlap on every side."""
-SAMPLES, AROUND = 100, 20
-"""Samples across the overlap for grids of any size, and beyond it on every side, where the search
-for a grid may go."""
-STEPS, CLOSE = 12, 1e-5
-"""Newton steps to the wheel's surface, and the error before the last one [mm], which squares it by
-the radius."""
+SAMPLES = 100
+"""Samples across the overlap for grids of any size."""
+SAMPLES_BESIDE = 20
+"""Samples beyond it on every side, where the search for a grid may go."""
+NEWTON_STEPS = 12
+"""Newton steps to the wheel's surface."""
+NEWTON_TOL = 1e-5
+"""Error before the last of these steps [mm], which squares it, divided by the radius."""
 NOWHERE = 10.0
 """Distance where there is no rail, by the largest where there is one: a cliff, which is not taken
 for noise."""
@@ -36,8 +38,10 @@ FALL = 0.8
 """Exponent of the fall of a seam's weight with the distance of its parts, CONTACT's."""
 
 Seams = tuple[tuple[float, float], ...]
-"""Where parts of a patch meet along y, ascending, and the weights with which they feel each
+"""Places along y where parts of a patch meet, ascending, and the weights with which they feel each
 other."""
+Sides = tuple[float, float] | None
+"""Sides of an element [mm]; None for samples that are interpolated on any grid."""
 
 
 def joined(overlaps: list[Overlap], nearer: float) -> list[list[Overlap]]:
@@ -80,14 +84,16 @@ def tangent_of(overlaps: list[Overlap], rail: Curve | RailSurface) -> Tangent:
     angle = float(weights @ np.concatenate([each.locus.angles[each.run] for each in overlaps]))
     x, y = (float(weights @ points[:, i]) for i in (0, 1))
     if isinstance(rail, Curve):
-        surface, slope = rail.points(rail.at(np.array([y])))[0], 0.0
+        slope = 0.0
+        surface = rail.points(rail.at(np.array([y])))[0]
     else:
         slopes = [each.locus.slopes[each.run] for each in overlaps if each.locus.slopes is not None]
         slope = -math.atan(float(weights @ np.concatenate(slopes)) * math.cos(angle))
         z = float(rail.along(np.array([[[x, y, 0.0]]]), np.array([0.0, 0.0, 1.0]))[0].item())
-        # the nearest where there is a gap
-        known = np.concatenate([each.surface for each in overlaps])
-        surface = np.array([y, z]) if np.isfinite(z) else known[np.abs(known[:, 0] - y).argmin()]
+        surface = np.array([y, z])
+        if not np.isfinite(z):  # the nearest point of the overlaps where the rail has a gap
+            touched = np.concatenate([each.surface for each in overlaps])
+            surface = touched[np.abs(touched[:, 0] - y).argmin()]
     return Tangent(Frame(np.array([x, *surface]), rotation(roll=angle, pitch=slope)), angle, slope)
 
 
@@ -100,21 +106,22 @@ def tangents_of(
     from `turn` on their own: so does CONTACT (D_TURN), and forces do not jump as patches become
     one.
     """
-    found = [tangent_of(group, rail) for group in groups]
-    angles = np.array([each.angle for each in found])
+    tangents = [tangent_of(group, rail) for group in groups]
+    angles = np.array([each.angle for each in tangents])
     loads = np.array([sum(float(each.weights.sum()) for each in group) for group in groups])
     turned = angles.copy()
     for i, (left, right) in enumerate(pairwise(groups)):
-        apart, two = _apart(left[-1], right[0]), slice(i, i + 2)
+        apart = _apart(left[-1], right[0])
         if apart < turn:
+            two = slice(i, i + 2)
             together = float(angles[two] @ loads[two] / loads[two].sum())
             turned[two] += (turn - apart) / (turn - separate) * (together - angles[two])
     for i in np.flatnonzero(turned != angles).tolist():
-        angle, slope = float(turned[i]), found[i].slope
-        found[i] = Tangent(
-            Frame(found[i].frame.origin, rotation(roll=angle, pitch=slope)), angle, slope
-        )
-    return found
+        angle = float(turned[i])
+        slope = tangents[i].slope
+        frame = Frame(tangents[i].frame.origin, rotation(roll=angle, pitch=slope))
+        tangents[i] = Tangent(frame, angle, slope)
+    return tangents
 
 
 def seams_of(overlaps: list[Overlap], frame: Frame, join: float, separate: float) -> Seams:
@@ -133,13 +140,14 @@ def seams_of(overlaps: list[Overlap], frame: Frame, join: float, separate: float
 
 def too_rough(y: float) -> SceneError:
     """The error of surfaces that cannot be followed near a place on the track [mm]."""
-    reason = f"near y = {y:.4g} mm a profile is too rough to follow; smooth it, Profile(..., smoothing=...)"
+    reason = (
+        f"near y = {y:.4g} mm a profile is too rough to follow; "
+        "smooth it, Profile(..., smoothing=...)"
+    )
     return SceneError("profile", y, message=reason)
 
 
-def grid_over(
-    overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: tuple[float, float] | None
-) -> Grid:
+def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: Sides) -> Grid:
     """Elements over the overlap and y `across` it, and around it; the frame's origin is in the
     middle of one.
     """
@@ -149,13 +157,19 @@ def grid_over(
         raise NotConverged(
             "wheel and rail overlap by no more than their heights are rounded", math.nan
         )
-    guard = GUARD if sides else AROUND
+    guard = SAMPLES_BESIDE
+    if sides:
+        guard = GUARD
     left = math.floor((along.min() - frame.origin[0]) / dx) - guard
     right = math.ceil((along.max() - frame.origin[0]) / dx) + guard
-    bottom, top = math.floor(across.min() / dy) - guard, math.ceil(across.max() / dy) + guard
+    bottom = math.floor(across.min() / dy) - guard
+    top = math.ceil(across.max() / dy) + guard
     nx, ny = right - left + 1, top - bottom + 1
     if nx * ny > MOST:
-        reason = f"dx = {dx:g}, dy = {dy:g} mm make {nx} x {ny} elements, more than {MOST}: give larger ones"
+        reason = (
+            f"dx = {dx:g}, dy = {dy:g} mm make {nx} x {ny} elements, "
+            f"more than {MOST}: give larger ones"
+        )
         raise SceneError("dx, dy", (dx, dy), message=reason)
     return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=(left - 0.5) * dx, y0=(bottom - 0.5) * dy)
 
@@ -165,8 +179,7 @@ def wheel_heights(
     wheel: Curve | Surface,
     frame: Frame,
     lines: tuple[np.ndarray, np.ndarray],
-    axle: np.ndarray,
-    centre: np.ndarray,
+    body: RigidBody,
 ) -> np.ndarray:
     """z of the wheel's surface in the frame, where lines of x and y cross: Newton's method for
     (theta, s) of each.
@@ -174,56 +187,63 @@ def wheel_heights(
     It begins with the locus at the rows of the grid, turned by x; NaN where that does not reach,
     and where the surface faces away from the rail.
     """
-    points = locus.points + np.array([0.0, 0.0, float(centre[2]) - locus.height])
+    axle = body.rotation
+    points = locus.points + np.array([0.0, 0.0, float(body.position[2]) - locus.height])
     along, across, _ = ((points - frame.origin) @ frame.axes).T
     forward = frame.axes.T @ axle[:, 0]
     across = across - along * forward[1] / forward[0]  # of circles at x = 0
     run = growing(
         np.diff(across) > 0, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin())
     )
+
+    # the locus at the rows of the grid
     grid_x, grid_y = lines
+
+    def at_rows(values: np.ndarray) -> np.ndarray:
+        return np.interp(grid_y, across[run], values[run], left=np.nan, right=np.nan)[:, None]
+
+    row_s = at_rows(locus.s)
+    row_theta = at_rows(locus.theta) + (grid_x - at_rows(along)) / at_rows(locus.radii)
     shape = grid_y.size, grid_x.size
-    by_row = locus.s, locus.theta, along, locus.radii
-    rows = [
-        np.interp(grid_y, across[run], each[run], left=np.nan, right=np.nan)[:, None]
-        for each in by_row
-    ]
-    known = np.broadcast_to(np.isfinite(rows[0]), shape)
+    reached = np.broadcast_to(np.isfinite(row_s), shape)
     heights = np.full(shape, np.nan)
-    if not known.any():
+    if not reached.any():
         return heights
-    starts: Sequence[np.ndarray] = (
-        rows[0],
-        rows[1] + (grid_x - rows[2]) / rows[3],
-        grid_x,
-        grid_y[:, None],
-    )
-    s, theta, to_x, to_y = (np.broadcast_to(each, shape)[known] for each in starts)
+    s = np.broadcast_to(row_s, shape)[reached]
+    theta = row_theta[reached]
+    to_x = np.broadcast_to(grid_x, shape)[reached]
+    to_y = np.broadcast_to(grid_y[:, None], shape)[reached]
+
+    # Newton's method for (theta, s)
     axes = frame.axes.T @ axle  # of the frame, along the axle's
-    middle = frame.axes.T @ (centre - frame.origin)
-    for _ in range(STEPS):
-        if isinstance(wheel, Curve):
-            (y, r), (ty, tr), (dy, dr) = (
-                wheel.points(s).T,
-                np.zeros((2, s.size)),
-                wheel.directions(s).T,
-            )
-        else:
-            (y, r), (ty, tr), (dy, dr) = np.moveaxis(wheel.points(theta, s), -1, 1)
-        sine, cosine = np.sin(theta), np.cos(theta)
+    middle = frame.axes.T @ (body.position - frame.origin)
+    for _ in range(NEWTON_STEPS):
+        (y, r), (ty, tr), (dy, dr) = _wheel_point(wheel, theta, s)
+        sine = np.sin(theta)
+        cosine = np.cos(theta)
         point = axes @ np.array([r * sine, y, r * cosine]) + middle[:, None]
         by_theta = axes @ np.array([r * cosine + tr * sine, ty, tr * cosine - r * sine])
         by_s = axes @ np.array([dr * sine, dy, dr * cosine])
-        off_x, off_y = to_x - point[0], to_y - point[1]
+        off_x = to_x - point[0]
+        off_y = to_y - point[1]
         determinant = by_theta[0] * by_s[1] - by_s[0] * by_theta[1]
         turned = (off_x * by_s[1] - off_y * by_s[0]) / determinant
         along = (off_y * by_theta[0] - off_x * by_theta[1]) / determinant
-        theta, s, off = theta + turned, s + along, np.hypot(off_x, off_y)
-        if off.max() < CLOSE:
+        theta = theta + turned
+        s = s + along
+        off = np.hypot(off_x, off_y)
+        if off.max() < NEWTON_TOL:
             break
-    inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (off < CLOSE) & (determinant > 0)
-    heights[known] = np.where(inside, point[2] + by_theta[2] * turned + by_s[2] * along, np.nan)
+    inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (off < NEWTON_TOL) & (determinant > 0)
+    heights[reached] = np.where(inside, point[2] + by_theta[2] * turned + by_s[2] * along, np.nan)
     return heights
+
+
+def _wheel_point(wheel: Curve | Surface, theta: np.ndarray, s: np.ndarray) -> Any:
+    """(y, radius) of a wheel, and their derivatives by theta and by s, shape (3, 2, n)."""
+    if isinstance(wheel, Curve):
+        return wheel.points(s).T, np.zeros((2, s.size)), wheel.directions(s).T
+    return np.moveaxis(wheel.points(theta, s), -1, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,8 +269,10 @@ class ReferenceSurface:
         """
         along = self.grid.x[:, None] * frame.axes[:, 0]
         velocity = -body.velocity_at(self.on_wheel[:, None] + along) @ frame.axes / speed
-        c, s = np.cos(self.inclination)[:, None], np.sin(self.inclination)[:, None]
-        return np.array([velocity[..., 0], c * velocity[..., 1] + s * velocity[..., 2]])
+        cosine = np.cos(self.inclination)[:, None]
+        sine = np.sin(self.inclination)[:, None]
+        across = cosine * velocity[..., 1] + sine * velocity[..., 2]
+        return np.array([velocity[..., 0], across])
 
 
 def reference_surface(
@@ -258,50 +280,46 @@ def reference_surface(
     tangent: Tangent,
     wheel: Curve | Surface,
     rail: Curve | RailSurface,
-    axle: np.ndarray,
-    centre: np.ndarray,
-    sides: tuple[float, float] | None,
+    body: RigidBody,
+    sides: Sides,
     curved: bool,
 ) -> ReferenceSurface:
     """The plane of a patch, or its `curved` surface, with the distance from the wheel to the rail
     along its normals.
 
-    `axle` has the axes of the axle, shape (3, 3), and `centre` its middle in track coordinates;
-    `sides` are those of an element, fine enough to interpolate on any grid if None.
+    `body` is the wheel set, whose position is the middle of its axle.
     """
+    # the surface: its grid, inclination, and place in the frame
     frame = tangent.frame
-    origin, along, normal = frame.origin[1:], frame.axes[1:, 1], frame.axes[1:, 2]
+    origin = frame.origin[1:]
+    along = frame.axes[1:, 1]
     if curved and isinstance(rail, Curve):
         grid, inclination, lateral, height = _halfway(overlaps, tangent, rail, sides)
     else:
         across = [(each.surface - origin) @ along for each in overlaps]
         grid = grid_over(overlaps, frame, np.concatenate(across), sides)
-        lateral, (inclination, height) = grid.y, np.zeros((2, grid.rows))
-    if isinstance(rail, Curve):
-        part = rail.single_valued(float(rail.at(origin[:1])[0]), along)
-        rail_heights = ((part.points(part.at(lateral + along @ origin, along)) - origin) @ normal)[
-            :, None
-        ]
-    else:
-        flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
-        rail_heights, *_ = rail.along(frame.globally(flat), frame.axes[:, 2])
-    heights = wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, lateral), axle, centre)
+        lateral = grid.y
+        inclination, height = np.zeros((2, grid.rows))
+
+    # the distance along its normals; where there is no rail, beside its profile and beyond its end,
+    # nothing touches
+    rail_heights = _rail_heights(rail, frame, grid, lateral)
+    heights = wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, lateral), body)
     cosine = np.cos(inclination)
     gap = (rail_heights - heights) * cosine[:, None]
-    known = np.isfinite(gap)
-    if not known.any():
+    reached = np.isfinite(gap)
+    if not reached.any():
         raise too_rough(float(origin[0]))
-    if gap[known].min() >= 0:
-        none = (
-            f"no element's centre is in the overlap near y = {origin[0]:.4g} mm; give smaller ones"
-        )
+    if gap[reached].min() >= 0:
+        dx, dy = grid.sides
         reason = (
-            f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: {none}, or smooth a rough profile"
+            f"dx = {dx:g}, dy = {dy:g} mm: no element's centre is in the overlap near "
+            f"y = {origin[0]:.4g} mm; give smaller ones, or smooth a rough profile"
         )
         raise SceneError("dx, dy", grid.sides, message=reason)
-    # where there is no rail, beside its profile and beyond its end, nothing touches
-    gap = np.where(known, gap, NOWHERE * abs(gap[known]).max())
-    # to the wheel, along normals
+    gap = np.where(reached, gap, NOWHERE * abs(gap[reached]).max())
+
+    # the wheel opposite, along normals
     away = (heights[:, int(np.abs(grid.x).argmin())] - height) * cosine
     opposite = np.stack(
         [0.0 * height, lateral - np.sin(inclination) * away, height + cosine * away], axis=1
@@ -312,8 +330,25 @@ def reference_surface(
     )
 
 
+def _rail_heights(
+    rail: Curve | RailSurface, frame: Frame, grid: Grid, lateral: np.ndarray
+) -> np.ndarray:
+    """z of the rail's surface in the frame: one for each row where it is straight, else for each
+    element.
+    """
+    if isinstance(rail, Curve):
+        origin = frame.origin[1:]
+        along = frame.axes[1:, 1]
+        part = rail.single_valued(float(rail.at(origin[:1])[0]), along)
+        points = part.points(part.at(lateral + along @ origin, along))
+        return ((points - origin) @ frame.axes[1:, 2])[:, None]
+    flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
+    heights, *_ = rail.along(frame.globally(flat), frame.axes[:, 2])
+    return heights
+
+
 def _halfway(
-    overlaps: list[Overlap], tangent: Tangent, rail: Curve, sides: tuple[float, float] | None
+    overlaps: list[Overlap], tangent: Tangent, rail: Curve, sides: Sides
 ) -> tuple[Grid, np.ndarray, np.ndarray, np.ndarray]:
     """The grid, inclination, and place along y and z of the frame of a surface halfway between rail
     and wheel.
@@ -323,7 +358,8 @@ def _halfway(
     straight along the rail. Source: Vollebregt, Segal, VSD 52 (2014) 455-468; CONTACT's conformal
     method.
     """
-    origin, along = tangent.frame.origin[1:], tangent.frame.axes[1:, 1]
+    origin = tangent.frame.origin[1:]
+    along = tangent.frame.axes[1:, 1]
     on_rail = rail.single_valued(float(rail.at(origin[:1])[0]), along)
     # the wheel's part around the origin that grows along the plane: its contact locus, in track
     # coordinates
@@ -339,16 +375,20 @@ def _halfway(
     if not np.isfinite([*arc, *begins]).all():
         raise too_rough(float(origin[0]))
     grid = grid_over(overlaps, tangent.frame, arc, sides)
-    points, directions = np.zeros((2, grid.rows, 2)), np.zeros((2, grid.rows, 2))
+    # means of opposite points, and of the directions there
+    points = np.zeros((2, grid.rows, 2))
+    directions = np.zeros((2, grid.rows, 2))
     for i, (curve, begin) in enumerate(zip((on_rail, on_wheel), begins, strict=True)):
         s = begin + grid.y
         within = np.where((s >= curve.s[0]) & (s <= curve.s[-1]), s, np.nan)
-        points[i], directions[i] = curve.points(within), curve.directions(within)
+        points[i] = curve.points(within)
+        directions[i] = curve.directions(within)
         directions[i] /= np.hypot(*directions[i].T)[:, None]
-    middle, (to_right, down) = points.mean(axis=0), directions.mean(axis=0).T
-    known = np.isfinite(middle).all(axis=1)
-    inclination = np.interp(
-        grid.y, grid.y[known], (np.arctan2(down, to_right) - tangent.angle)[known]
-    )
+    middle = points.mean(axis=0)
+    to_right, down = directions.mean(axis=0).T
+    # beyond the end of a profile the inclination at that end
+    reached = np.isfinite(middle).all(axis=1)
+    inclination = np.arctan2(down, to_right) - tangent.angle
+    inclination = np.interp(grid.y, grid.y[reached], inclination[reached])
     lateral, height = ((middle - origin) @ tangent.frame.axes[1:, 1:]).T
     return grid, inclination, lateral, height

@@ -13,14 +13,18 @@ import numpy as np
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.wheel_geometry import ContactPatch, OnTrack, WheelGeometry
 
-LIGHT, HEAVY = 1e3, 500e3
-"""Loads on a wheel [N]: of a lighter one they are in kN, of a heavier one in another unit."""
+LEAST_LOAD = 1e3
+"""Load on a wheel [N]: lesser numbers are in kN."""
+LARGEST_LOAD = 500e3
+"""Load on a wheel [N]: greater numbers are in another unit."""
 SHORT_CURVE = 15e3
 """Radius of the tightest curve that trams run through [mm]."""
-NARROW, WIDE = 300.0, 3000.0
-"""Gauges of tracks [mm]."""
+LEAST_GAUGE = 300.0
+"""Smallest gauge of tracks [mm]."""
+LARGEST_GAUGE = 3000.0
+"""Largest gauge of tracks [mm]."""
 SMALL_WHEEL = 0.1
-"""Radius of a wheel by the gauge: in inches it is half of this."""
+"""Radius of a wheel, divided by the gauge: in inches it is half of this."""
 NARROW_PROFILE = 10.0
 """Width of a profile [mm]: in inches a rail has 3, a wheel 5.5."""
 AT_TIP = 2.0
@@ -42,9 +46,9 @@ def _load(case: OnTrack) -> str:
     """A load that looks like one in kN, or is greater than wheels bear."""
     wheels = 1 if isinstance(case, WheelGeometry) else 2
     load = case.vertical_force
-    if load is None or wheels * LIGHT <= load <= wheels * HEAVY:
+    if load is None or wheels * LEAST_LOAD <= load <= wheels * LARGEST_LOAD:
         return ""
-    range_ = f"{LIGHT / 1e3:g} to {HEAVY / 1e3:g} kN on each wheel"
+    range_ = f"{LEAST_LOAD / 1e3:g} to {LARGEST_LOAD / 1e3:g} kN on each wheel"
     return f"vertical_force = {load:.4g} N: {range_} is usual; loads are in newtons"
 
 
@@ -53,14 +57,20 @@ def _cant(case: OnTrack) -> str:
     cant = case.track.cant
     if cant >= 0:
         return ""
-    return f"track.cant = {cant:.4g}: the rails lean outwards; a positive cant leans them towards the middle of the track"
+    return (
+        f"track.cant = {cant:.4g}: the rails lean outwards; "
+        "a positive cant leans them towards the middle of the track"
+    )
 
 
 def _gauge(case: OnTrack) -> str:
     gauge = case.track.gauge
-    if NARROW <= gauge <= WIDE:
+    if LEAST_GAUGE <= gauge <= LARGEST_GAUGE:
         return ""
-    return f"track.gauge = {gauge:.4g} mm: tracks have {NARROW:g} to {WIDE:g} mm; metres and inches are to be converted"
+    return (
+        f"track.gauge = {gauge:.4g} mm: tracks have {LEAST_GAUGE:g} to {LARGEST_GAUGE:g} mm; "
+        "metres and inches are to be converted"
+    )
 
 
 def _curve(case: OnTrack) -> str:
@@ -68,14 +78,21 @@ def _curve(case: OnTrack) -> str:
     if abs(radius) >= SHORT_CURVE:
         return ""
     tightest = f"the tightest curves have {SHORT_CURVE / 1e3:g} m"
-    return f"track.curve_radius = {radius:.6g} mm: {tightest}; a radius of {abs(radius):.6g} m is {abs(radius):.6g}e3 mm"
+    return (
+        f"track.curve_radius = {radius:.6g} mm: {tightest}; "
+        f"a radius of {abs(radius):.6g} m is {abs(radius):.6g}e3 mm"
+    )
 
 
 def _wheel_radius(case: OnTrack) -> str:
-    radius, gauge = case.wheelset.radius, case.track.gauge
+    radius = case.wheelset.radius
+    gauge = case.track.gauge
     if radius >= SMALL_WHEEL * gauge:
         return ""
-    return f"wheelset.radius = {radius:.4g} mm is {radius / gauge:.2g} of the gauge, {gauge:.4g} mm: it looks like inches"
+    return (
+        f"wheelset.radius = {radius:.4g} mm is {radius / gauge:.2g} of the gauge, "
+        f"{gauge:.4g} mm: it looks like inches"
+    )
 
 
 def _width(case: OnTrack) -> str:
@@ -85,7 +102,10 @@ def _width(case: OnTrack) -> str:
         width = float(np.ptp(profile.y))
         if width < NARROW_PROFILE:
             looks = "metres" if width < 1 else "inches"
-            return f"the {kind}'s profile is {width:.4g} mm wide: it looks like {looks}; give Profile.read(..., scale=...)"
+            return (
+                f"the {kind}'s profile is {width:.4g} mm wide: "
+                f"it looks like {looks}; give Profile.read(..., scale=...)"
+            )
     return ""
 
 
@@ -107,9 +127,8 @@ def of_yield_stress(yield_in_shear: float) -> tuple[str, ...]:
     least, most = YIELD_IN_SHEAR
     if least <= yield_in_shear <= most:
         return ()
-    return (
-        f"yield_in_shear = {yield_in_shear:.4g} N/mm^2: metals have {least:g} to {most:g}, steels 100 to 1500",
-    )
+    metals = f"metals have {least:g} to {most:g}, steels 100 to 1500"
+    return (f"yield_in_shear = {yield_in_shear:.4g} N/mm^2: {metals}",)
 
 
 def of_hardness(hardness: float) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Where a wheel set is, and how it moves, in track coordinates: x forward, y to the right, z down
+"""Position and velocity of a wheel set in track coordinates: x forward, y to the right, z down
 [mm, rad, s].
 """
 
@@ -112,7 +112,10 @@ class Velocity(
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.pitch_rate is not None and self.pitch_rate > 0:
-            allowed = "zero or negative: negative in rolling forward, -speed by the radius in pure rolling"
+            allowed = (
+                "zero or negative: negative in rolling forward, "
+                "-speed by the radius in pure rolling"
+            )
             raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)
 
     def body(
@@ -137,11 +140,12 @@ class Velocity(
         curve_radius : float
             Of the track, with which the wheel set turns as it goes along [mm].
         """
-        pitch = -self.speed / wheelset.radius if self.pitch_rate is None else self.pitch_rate
+        pitch = self.pitch_rate
+        if pitch is None:
+            pitch = -self.speed / wheelset.radius
         upright = np.array([0.0, -np.sin(position.roll), np.cos(position.roll)])
-        turning = (
-            np.array([self.roll_rate, 0.0, self.speed / curve_radius]) + self.yaw_rate * upright
-        )
+        turning = np.array([self.roll_rate, 0.0, self.speed / curve_radius])
+        turning = turning + self.yaw_rate * upright
         if pitching:
             turning = turning + position.rotation @ [0.0, pitch, 0.0]
         return RigidBody(

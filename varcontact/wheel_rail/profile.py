@@ -24,21 +24,27 @@ if TYPE_CHECKING:
 
 FEWEST = 10
 """Points a profile must have."""
-KINK, CALM, RESTLESS = np.radians(30.0), 1 / 3, 8.0
-"""A kink turns by this angle at one point; the points beside it turn by less than CALM of it, and
-the median of all points by less than one part in RESTLESS."""
+KINK = np.radians(30.0)
+"""Least angle by which a kink turns at its point [rad]."""
+KINK_BESIDE = 1 / 3
+"""Part of it by which the points beside turn less."""
+KINK_BY_MEDIAN = 8.0
+"""Least angle of a kink, divided by the median of those at all points."""
 TOGETHER = 0.02
 """Spacing below which a point is left out, relative to the usual one: its direction is rounding."""
 NARROWEST = 1.0
 """Smallest width of a profile [mm]; in metres none has it."""
 ON_LINE = 1e-6
 """Distance below which a point lies on a line [mm]."""
-FLANGE, TIP = 0.1, 10.0
-"""A wheel's flange is further from the middle than FLANGE times the width, and deeper than the
-median of the points by TIP [mm]."""
-BLUNT, FACE = 3.0, 5.0
-"""Least width of a flange within a millimetre of its tip, and least height of its face, steeper
-than 45 degrees [mm]: balls, cones, and hollow or barrelled treads have none."""
+FLANGE = 0.1
+"""Least distance of a wheel's flange from the middle, relative to the width."""
+TIP = 10.0
+"""Least depth of its tip below the median of the points [mm]."""
+FLANGE_WIDTH = 3.0
+"""Least width of a flange within a millimetre of its tip [mm]."""
+FLANGE_FACE = 5.0
+"""Least height of its face, steeper than 45 degrees [mm]: balls, cones, and hollow or barrelled
+treads have none."""
 FINE = 0.1
 """Step along the points at which a flange is looked for [mm]."""
 WIDE = 10.0
@@ -47,9 +53,11 @@ LOST = 1.0
 """Height of a wheel's flange that may be missing in what touches [mm]."""
 BACK = 3.0
 """Smallest rise of a wheel's flange behind its tip, where that is part of the profile [mm]."""
-FLAT, MOST = 1 / 5, 2 / 3
-"""A rail is upside down if MOST of its width is within FLAT of its depth from its lowest point:
-heads are flat on top. Of a groove, even half a circle, it is 0.6 at most."""
+FLAT_DEPTH = 1 / 5
+"""Part of the depth of a rail from its lowest point in which it is flat if it is upside down."""
+FLAT_WIDTH = 2 / 3
+"""Part of the width above which it is: heads are flat on top. Of a groove, even half a circle, it
+is 0.6 at most."""
 OUTWARDS = 1 / 80
 """Slope to the field side above which the sides of a rail are probably exchanged; 1:20 and 1:40 to
 the track side are usual."""
@@ -120,7 +128,8 @@ class Profile(checks.Checked):
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         set_(self, "kind", checks.choice("profile.kind", self.kind, KINDS))
-        y, z = checks.array("profile.y", self.y, 1), checks.array("profile.z", self.z, 1)
+        y = checks.array("profile.y", self.y, 1)
+        z = checks.array("profile.z", self.z, 1)
         if y.size != z.size:
             raise checks.wrong_shape(
                 "profile.z", z.shape, f"as long as profile.y, {y.size} numbers"
@@ -135,9 +144,10 @@ class Profile(checks.Checked):
             raise SceneError("profile", len(points), message=reason)
         _check_shape(points)
         doubt = _doubt(points, self.kind)
+        if doubt and self.name:
+            doubt = f"{self.name}: {doubt}"
         if doubt:
-            named = f"{self.name}: " if self.name else ""
-            warnings.warn(named + doubt, DoubtfulProfile, stacklevel=3)
+            warnings.warn(doubt, DoubtfulProfile, stacklevel=3)
         points.flags.writeable = False
         set_(self, "y", points[:, 0])
         set_(self, "z", points[:, 1])
@@ -156,9 +166,14 @@ class Profile(checks.Checked):
             raise SceneError("profile.kinks", self.kinks, 'y of the kinks [mm], or "auto"')
 
     def __repr__(self) -> str:
-        name = f"{self.name!r}, " if self.name else ""
-        smoothed = f", smoothing={self.smoothing:g}" if self.smoothing else ""
-        return f"Profile({self.kind}, {name}{self.y.size} points, y {self.y[0]:.4g} to {self.y[-1]:.4g} mm{smoothed})"
+        words = [str(self.kind)]
+        if self.name:
+            words.append(repr(self.name))
+        words.append(f"{self.y.size} points")
+        words.append(f"y {self.y[0]:.4g} to {self.y[-1]:.4g} mm")
+        if self.smoothing:
+            words.append(f"smoothing={self.smoothing:g}")
+        return f"Profile({', '.join(words)})"
 
     def _repr_html_(self) -> str:
         return preformatted(repr(self))
@@ -220,13 +235,15 @@ class Profile(checks.Checked):
             mirror_z = checks.flag("mirror_z", mirror_z)
         if mirror_y != "auto" and not isinstance(mirror_y, (bool, np.bool_)):
             raise SceneError("mirror_y", mirror_y, '"auto", true or false')
-        points, kind, said = read_points(path, kind)
+        points, kind, says_z = read_points(path, kind)
         y, z = checks.positive("scale", scale) * points.T
         if mirror_z is None:
-            mirror_z = not said and _guess_mirror(y, z, kind, path)
+            mirror_z = not says_z and _guess_mirror(y, z, kind, path)
         if mirror_z:
             z = -z
-        if kind == "wheel" and flange(y, z) > 0 if mirror_y == "auto" else mirror_y:
+        if mirror_y == "auto":
+            mirror_y = kind == "wheel" and flange(y, z) > 0
+        if mirror_y:
             y = -y
         name = Path(path).name
         try:
@@ -278,8 +295,8 @@ class Profile(checks.Checked):
             return np.array(sorted(nearest - {0, self.y.size - 1}), dtype=int)
         turn = np.abs(np.diff(np.unwrap(np.arctan2(np.diff(self.z), np.diff(self.y)))))
         beside = np.maximum(np.append(turn[1:], 0.0), np.insert(turn[:-1], 0, 0.0))
-        least = max(KINK, RESTLESS * float(np.median(turn)))
-        return np.flatnonzero((turn > least) & (beside < CALM * turn)) + 1
+        least = max(KINK, KINK_BY_MEDIAN * float(np.median(turn)))
+        return np.flatnonzero((turn > least) & (beside < KINK_BESIDE * turn)) + 1
 
     @lazy_property
     def running(self) -> Curve:
@@ -291,10 +308,11 @@ class Profile(checks.Checked):
         touched = self.curve.widest()
         y, z = touched.points(touched.s).T
         if np.ptp(y) < np.ptp(self.y) / 2 or z.max() < self.z.max() - LOST:
-            part = (
-                f"y = {y[0]:.4g} to {y[-1]:.4g} mm of {self.y.min():.4g} to {self.y.max():.4g} mm"
+            words = (
+                f"the wheel touches y = {y[0]:.4g} to {y[-1]:.4g} mm "
+                f"of {self.y.min():.4g} to {self.y.max():.4g} mm alone: "
+                "y has to keep growing, and noise runs back; smooth the profile"
             )
-            words = f"the wheel touches {part} alone: y has to keep growing, and noise runs back; smooth the profile"
             warnings.warn(words, DoubtfulProfile, stacklevel=3)
         return touched
 
@@ -312,8 +330,10 @@ class Profile(checks.Checked):
         """Curvature at lateral positions `y` [1/mm], positive where the body is convex; NaN beyond
         the profile.
         """
-        sign = 1 if self.kind == "rail" else -1
-        return sign * self.running.curvatures(self.running.at(checks.numbers("y", y)))
+        curvatures = self.running.curvatures(self.running.at(checks.numbers("y", y)))
+        if self.kind == "wheel":
+            return -curvatures
+        return curvatures
 
     @checks.named_options()
     def smoothed(self, length: float) -> Profile:
@@ -333,49 +353,62 @@ def _check_shape(points: np.ndarray) -> None:
     """Refuse lengths in metres, points that come twice, and segments that cross each other."""
     width = float(np.ptp(points[:, 0]))
     if width < NARROWEST:
-        message = f"the profile is {width:.3g} mm wide: give millimetres; a file in metres is read with scale=1000"
+        message = (
+            f"the profile is {width:.3g} mm wide: give millimetres; "
+            "a file in metres is read with scale=1000"
+        )
         raise SceneError("profile.y", width, message=message)
     different, times = np.unique(points[:-1], axis=0, return_counts=True)
     if times.max() > 1:
         y, z = different[times.argmax()].tolist()
-        message = f"the profile comes back to y = {y:.4g}, z = {z:.4g} mm: points must be ordered along it"
+        message = (
+            f"the profile comes back to y = {y:.4g}, z = {z:.4g} mm: "
+            "points must be ordered along it"
+        )
         raise SceneError("profile", (y, z), message=message)
     crossed = _crossed(points[:-1], points[1:])
     if crossed.size:
         y, z = points[crossed.min() :][:2].mean(axis=0).tolist()
-        message = f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm: order, or thin, its points"
+        message = (
+            f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm: "
+            "order, or thin, its points"
+        )
         raise SceneError("profile", (y, z), message=message)
 
 
 def _crossed(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Indices of segments that another one crosses, which is no neighbour."""
-    low, high = np.minimum(start, end), np.maximum(start, end)
+    low = np.minimum(start, end)
+    high = np.maximum(start, end)
     # pairs that have a part of y in common, by the segment that begins first
     order = low[:, 0].argsort()
     after = np.arange(1, order.size + 1)
     counts = np.searchsorted(low[order, 0], high[order, 0], side="right") - after
     first = np.repeat(order, counts)
-    second = order[
-        np.arange(counts.sum()) + np.repeat(after - (np.cumsum(counts) - counts), counts)
-    ]
+    offsets = np.repeat(after - (np.cumsum(counts) - counts), counts)
+    second = order[np.arange(counts.sum()) + offsets]
     # of these, the ones that have a part of z in common
     near = (
         (low[first, 1] <= high[second, 1])
         & (low[second, 1] <= high[first, 1])
         & (np.abs(first - second) > 1)
     )
-    first, second = np.minimum(first, second)[near], np.maximum(first, second)[near]
-    a, b, c, d = start[first], end[first], start[second], end[second]
-    across, along = _off(a, b, c) * _off(a, b, d), _off(c, d, a) * _off(c, d, b)
-    return first[(across < -(ON_LINE**2)) & (along < -(ON_LINE**2))]
+    lower = np.minimum(first, second)[near]
+    higher = np.maximum(first, second)[near]
+    # and of these, the ones whose ends are on both sides of each other
+    lower_ends = start[lower], end[lower]
+    higher_ends = start[higher], end[higher]
+    across = _off(*lower_ends, higher_ends[0]) * _off(*lower_ends, higher_ends[1])
+    along = _off(*higher_ends, lower_ends[0]) * _off(*higher_ends, lower_ends[1])
+    return lower[(across < -(ON_LINE**2)) & (along < -(ON_LINE**2))]
 
 
 def _off(first: np.ndarray, last: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Distance of a point to the left of the line from one point to another."""
-    way, to = last - first, point - first
-    return (way[..., 0] * to[..., 1] - way[..., 1] * to[..., 0]) / np.hypot(
-        way[..., 0], way[..., 1]
-    )
+    line = last - first
+    to = point - first
+    area = line[..., 0] * to[..., 1] - line[..., 1] * to[..., 0]
+    return area / np.hypot(line[..., 0], line[..., 1])
 
 
 def _direction(points: np.ndarray, kind: Kind) -> int:
@@ -383,30 +416,41 @@ def _direction(points: np.ndarray, kind: Kind) -> int:
     -1.
     """
     y, z = points.T
-    if abs(y[-1] - y[0]) > np.ptp(y) / 2:
-        return 1 if y[0] < y[-1] else -1
-    at = int(z.argmin() if kind == "rail" else z.argmax())
-    beside = max(3, y.size // BESIDE)
-    return 1 if y[max(at - beside, 0)] < y[min(at + beside, y.size - 1)] else -1
+    first = 0
+    last = y.size - 1
+    if abs(y[-1] - y[0]) <= np.ptp(y) / 2:
+        touched = int(z.argmin() if kind == "rail" else z.argmax())
+        beside = max(3, y.size // BESIDE)
+        first = max(touched - beside, 0)
+        last = min(touched + beside, y.size - 1)
+    return 1 if y[first] < y[last] else -1
 
 
 def _doubt(points: np.ndarray, kind: Kind) -> str:
-    """What points of the other kind, z that points up, and a wheel's flange on the field side look
-    like.
+    """A sentence on points that look like those of the other kind, z that points up, or a wheel's
+    flange on the field side.
     """
     y, z = points.T
     other: Kind = "wheel" if kind == "rail" else "rail"
     if _is_of(other, y, z):
         return f'profile.kind = "{kind}", but the points look like those of a {other}'
     if _upside_down(y, z, kind):
-        return f"the {kind}'s profile looks upside down: z points down; read a file with z up with mirror_z=True"
+        return (
+            f"the {kind}'s profile looks upside down: z points down; "
+            "read a file with z up with mirror_z=True"
+        )
     if kind == "rail" and (parts := _parts(y, z))[1:]:
         (first, last), (left, right) = parts[:2]
-        there = f"the part at y = {first:.4g} to {last:.4g} mm, not that at {left:.4g} to {right:.4g} mm, nearly as high"
-        return f"wheels touch {there}: along what they touch y must keep growing; cut the other off"
+        return (
+            f"wheels touch the part at y = {first:.4g} to {last:.4g} mm, "
+            f"not that at {left:.4g} to {right:.4g} mm, nearly as high: "
+            "along what they touch y must keep growing; cut the other off"
+        )
     if kind == "wheel" and flange(y, z) > 0:
-        tip = y[z.argmax()]
-        return f"the wheel's flange is at y = {tip:.4g} mm, the outside: change the sign of y, or give mirror_y=True"
+        return (
+            f"the wheel's flange is at y = {y[z.argmax()]:.4g} mm, the outside: "
+            "change the sign of y, or give mirror_y=True"
+        )
     return ""
 
 
@@ -417,73 +461,79 @@ def _parts(y: np.ndarray, z: np.ndarray) -> list[tuple[float, float]]:
     grows = np.append(False, np.diff(y) > 0)
     starts = np.flatnonzero(~grows)
     runs = [slice(a, b) for a, b in pairwise([*starts.tolist(), y.size])]
-    wide = sorted(
-        (run for run in runs if np.ptp(y[run]) > WIDE), key=lambda run: float(z[run].min())
-    )
-    return [
-        (float(y[run][0]), float(y[run][-1]))
-        for run in wide
-        if z[run].min() < z[wide[0]].min() + TIP
-    ]
+    wide = [run for run in runs if np.ptp(y[run]) > WIDE]
+    wide.sort(key=lambda run: float(z[run].min()))
+    high = [run for run in wide if z[run].min() < z[wide[0]].min() + TIP]
+    return [(float(y[run][0]), float(y[run][-1])) for run in high]
 
 
 def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
-    """Whether the z of a file is to change its sign, where nobody says it."""
-    points, kind, said = read_points(path, kind)
+    """True if the z of a file is to change its sign, where nobody says it."""
+    points, kind, says_z = read_points(path, kind)
     y, z = scale * points.T
-    return not said and _guess_mirror(y, z, kind, path)
+    return not says_z and _guess_mirror(y, z, kind, path)
 
 
 def _guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) -> bool:
     """The same of the points of a file."""
-    name, suffix = Path(path).name, Path(path).suffix.lower()
-    z_up = kind == "rail" and suffix in Z_UP
-    mirrored = not (_hollow(-z) or _flat_below(y, -z)) if z_up else _upside_down(y, z, kind)
+    file = Path(path)
+    suffix = file.suffix.lower()
+    if kind == "rail" and suffix in Z_UP:
+        mirrored = not (_hollow(-z) or _flat_below(y, -z))
+        reason = f"{suffix} has z up"
+    else:
+        mirrored = _upside_down(y, z, kind)
+        reason = "the profile looks upside down"
     words = ""
     if mirrored:
-        why = f"{suffix} has z up" if z_up else "the profile looks upside down"
-        words = f"the sign of z is changed, as {why}; mirror_z=True or False says what is right"
+        words = f"the sign of z is changed, as {reason}; mirror_z=True or False says what is right"
     elif kind == "rail" and _hollow(z):
-        words = "the rail is hollow, with z down; mirror_z=False says that it is, mirror_z=True that z points up"
+        words = (
+            "the rail is hollow, with z down; "
+            "mirror_z=False says that it is, mirror_z=True that z points up"
+        )
     if words:
-        warnings.warn(f"{name}: {words}", DoubtfulProfile, stacklevel=4)
+        warnings.warn(f"{file.name}: {words}", DoubtfulProfile, stacklevel=4)
     return mirrored
 
 
 def _upside_down(y: np.ndarray, z: np.ndarray, kind: Kind) -> bool:
-    """Whether a wheel has a flange that points up, or a hollow rail is flat where it is lowest."""
+    """True for a wheel whose flange points up, or a hollow rail that is flat where it is lowest."""
     if kind == "wheel":
         return flange(y, -z) != 0 and flange(y, z) == 0
     return _hollow(z) and _flat_below(y, z)
 
 
 def _flat_below(y: np.ndarray, z: np.ndarray) -> bool:
-    """Whether most of the width is near the lowest point."""
+    """True if most of the width is near the lowest point."""
     width = np.abs(np.diff(y))
-    low = z[1:] > z.max() - FLAT * np.ptp(z)
-    return bool(width[low].sum() > MOST * width.sum())
+    low = z[1:] > z.max() - FLAT_DEPTH * np.ptp(z)
+    return bool(width[low].sum() > FLAT_WIDTH * width.sum())
 
 
 def _hollow(z: np.ndarray) -> bool:
-    """Whether the lowest point of a rail is inside, and its highest at an end."""
-    low, high = int(z.argmax()), int(z.argmin())
-    return 0 < low < len(z) - 1 and high in (0, len(z) - 1)
+    """True if the lowest point of a rail is inside, and its highest at an end."""
+    ends = (0, len(z) - 1)
+    return int(z.argmax()) not in ends and int(z.argmin()) in ends
 
 
 def flange(y: np.ndarray, z: np.ndarray) -> float:
     """Side of a wheel's flange: -1 at the lesser y, 1 at the greater, 0 if it has none."""
     at = int(z.argmax())
-    middle, width = (y.min() + y.max()) / 2, y.max() - y.min()
+    middle = (y.min() + y.max()) / 2
+    width = y.max() - y.min()
     if abs(y[at] - middle) < FLANGE * width or z[at] < np.median(z) + TIP:
         return 0.0
     # on evenly spaced points: how blunt the tip is, and how high the face towards the middle
     s = np.append(0.0, np.cumsum(np.hypot(np.diff(y), np.diff(z))))
     along = np.linspace(0.0, s[-1], int(np.ceil(s[-1] / FINE)) + 1)
-    across, down = np.diff(np.interp(along, s, y)), np.diff(np.interp(along, s, z))
+    across = np.diff(np.interp(along, s, y))
+    down = np.diff(np.interp(along, s, z))
     tip = np.interp(along[1:], s, z) > z[at] - 1.0
     steep = np.abs(down) > np.abs(across)
     inwards = (along[1:] - s[at]) * (middle - y[at]) * (y[-1] - y[0]) > 0
-    if np.abs(across[tip]).sum() < BLUNT or np.abs(down[steep & inwards]).sum() < FACE:
+    sharp = np.abs(across[tip]).sum() < FLANGE_WIDTH
+    if sharp or np.abs(down[steep & inwards]).sum() < FLANGE_FACE:
         return 0.0
     return float(np.sign(y[at] - middle))
 
@@ -496,24 +546,22 @@ def _falls(y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
 
 
 def _is_of(kind: Kind, y: np.ndarray, z: np.ndarray) -> bool:
-    """Whether points are a rail's, both sides of which fall to their ends, or those of a wheel with
+    """True if points are a rail's, both sides of which fall to their ends, or those of a wheel with
     a flange.
 
     Most of a rail's width is near its top, most of a wheel's far above its flange's tip; beyond the
     groove of a grooved rail there is a lip.
     """
-    at, depth, top = _falls(y, z if kind == "rail" else -z)
+    heights = z
+    if kind == "wheel":
+        heights = -z  # its flange's tip is its lowest point
+    at, depth, top = _falls(y, heights)
     far = np.diff(at) * (depth[1:] > TIP)
-    mostly_far, deepest = (
-        far.sum() > np.ptp(at) / 2,
-        np.array([depth[: top + 1].max(), depth[top:].max()]),
-    )
+    mostly_far = far.sum() > np.ptp(at) / 2
+    deepest = np.array([depth[: top + 1].max(), depth[top:].max()])
     if kind == "rail":
-        return (
-            not mostly_far
-            and deepest.min() > TIP
-            and bool((depth[[0, -1]] > deepest - ON_LINE).all())
-        )
+        falls_to_ends = bool((depth[[0, -1]] > deepest - ON_LINE).all())
+        return not mostly_far and deepest.min() > TIP and falls_to_ends
     lip = min(far[:top].sum(), far[top:].sum())
     return bool(mostly_far and deepest.min() > BACK and lip < TIP) and flange(y, z) != 0
 
@@ -523,15 +571,16 @@ def check_sides(rail: Profile, stacklevel: int) -> None:
     are exchanged.
     """
     at, depth, top = _falls(rail.y, rail.z)
-    left, right = (
-        np.interp(-TIP, -depth[: top + 1], at[: top + 1]),
-        np.interp(TIP, depth[top:], at[top:]),
-    )
+    left = np.interp(-TIP, -depth[: top + 1], at[: top + 1])
+    right = np.interp(TIP, depth[top:], at[top:])
     middle = np.abs(at - (left + right) / 2) < (right - left) / 4
     if min(depth[0], depth[-1]) < TIP or middle.sum() < 3:  # it does not go down on both sides
         return
     slope = np.polyfit(at[middle], depth[middle], 1)[0]
     if slope > OUTWARDS:
-        leans = f"leans to the field side by 1:{1 / slope:.0f}, so its gauge side is probably on the wrong side"
-        words = f"track.rail: the profile {leans}: change the sign of y, or read the file with mirror_y=True"
+        words = (
+            f"track.rail: the profile leans to the field side by 1:{1 / slope:.0f}, "
+            "so its gauge side is probably on the wrong side: "
+            "change the sign of y, or read the file with mirror_y=True"
+        )
         warnings.warn(words, stacklevel=stacklevel)

@@ -1,11 +1,12 @@
-"""Where profiles come from: files, in two columns or of SIMPACK and MiniProf;
-the wheel S1002 and the rail 60E1.
+"""Sources of profiles: files, in two columns or of SIMPACK and MiniProf; the
+wheel S1002 and the rail 60E1.
 
 The dimensions of both are in `varcontact/data/profiles.toml`.
 """
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
@@ -24,8 +25,8 @@ from varcontact.system.files import first_line, regular
 Kind = Literal["rail", "wheel"]
 KINDS = ("rail", "wheel")
 FORMATS = (
-    "two columns y and z (.txt, .csv, .dat), SIMPACK (.prr of rails, .prw of wheels), MiniProf (.ban of rails, "
-    ".whl of wheels, .mpt)"
+    "two columns y and z (.txt, .csv, .dat), SIMPACK (.prr of rails, .prw of wheels), "
+    "MiniProf (.ban of rails, .whl of wheels, .mpt)"
 )
 COLUMNS = (".txt", ".csv", ".dat")
 Z_UP = (".ban", ".mpt")
@@ -48,7 +49,7 @@ given."""
 
 
 def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, bool]:
-    """Points (y, z) of a profile, shape (n, 2), in mm by the file's header; its kind; whether it
+    """Points (y, z) of a profile, shape (n, 2), in mm by the file's header; its kind; True if it
     says what z is.
     """
     file = checks.file_name("path", path)
@@ -67,17 +68,7 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, b
         raise SceneError(
             "path", str(file), message=f"path {shortened(str(file), 200)} is not a regular file"
         )
-    try:
-        content = file.read_bytes()
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        reason = f"path {shortened(str(file), 200)} cannot be read ({first_line(error)})"
-        raise SceneError("path", str(file), message=reason) from None
-    try:
-        text = content.decode(
-            "utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"
-        )
-    except UnicodeDecodeError:  # a header in the letters of old Windows
-        text = content.decode("cp1252", errors="replace")
+    text = _text_of(file)
     points = READERS[suffix](file.name, text.splitlines())
     if len(points) == 0:
         raise SceneError(
@@ -86,14 +77,33 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, b
     return np.array(points), kind, SAYS_Z.search(text) is not None
 
 
+def _text_of(file: Path) -> str:
+    try:
+        content = file.read_bytes()
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        reason = f"path {shortened(str(file), 200)} cannot be read ({first_line(error)})"
+        raise SceneError("path", str(file), message=reason) from None
+    encoding = "utf-8-sig"
+    if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        encoding = "utf-16"
+    try:
+        return content.decode(encoding)
+    except UnicodeDecodeError:  # a header in the letters of old Windows
+        return content.decode("cp1252", errors="replace")
+
+
 def _words(line: str) -> list[str]:
     """The words of a line. Commas separate them, unless blanks or semicolons do and the commas are
     decimal.
     """
     line = line.replace("\N{MINUS SIGN}", "-")
     words = re.split(r"[;\s]+", line.strip().strip(";"))
-    if len(words) > 1 and "." not in line and any(WITH_COMMA.match(word) for word in words):
-        return [word.replace(",", ".") if WITH_COMMA.match(word) else word for word in words]
+    decimal = [WITH_COMMA.match(word) is not None for word in words]
+    if len(words) > 1 and "." not in line and any(decimal):
+        return [
+            word.replace(",", ".") if with_comma else word
+            for word, with_comma in zip(words, decimal, strict=True)
+        ]
     return re.split(r"[,;\s]+", line.strip().strip(",;"))
 
 
@@ -120,26 +130,32 @@ def _columns(name: str, lines: list[str]) -> list[list[float]]:
     Remarks begin with a comment mark.
     """
     points: list[list[float]] = []
-    first = None
+    first = None  # the number of the first point, where points are counted
     for number, line in enumerate(lines, 1):
         text = re.split("[!#%]", line)[0].replace('"', " ").strip()
-        values = _numbers(text)
-        if values is not None and len(values) == 3 and not points and values[0] in (0, 1):
+        if not text:
+            continue
+        values = _numbers(text) or [math.nan]
+        if len(values) == 3 and not points and values[0] in (0, 1):
             first = values[0]
-        if values is not None and first is not None and values[0] == first + len(points):
+        if first is not None and values[0] == first + len(points):
             values = values[1:]
-        if values is not None and len(values) == 2:
+        if len(values) == 2:
             points.append(values)
-        elif text and (
-            points or all(NUMBER.match(word) or NO_NUMBER.match(word) for word in _words(text))
-        ):
+        elif points or not _is_heading(text):
             raise _not_a_point(name, number, line.strip())
     return points
 
 
+def _is_heading(text: str) -> bool:
+    """True if a line has words, of which NaN and infinity are none."""
+    return not all(NUMBER.match(word) or NO_NUMBER.match(word) for word in _words(text))
+
+
 def _simpack(name: str, lines: list[str]) -> list[list[float]]:
     """Points between point.begin and point.end, changed by the keywords before them."""
-    header, points = dict(CHANGES), []
+    header = dict(CHANGES)
+    points: list[list[float]] = []
     inside = False
     for number, line in enumerate(lines, 1):
         text = re.split("[!%]", line)[0].strip()
@@ -153,22 +169,34 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
         elif "=" in text:
             key, value = (part.strip().strip("'\"") for part in text.split("=", 1))
             if key in header:
-                numbers, positive = _numbers(value), key.startswith("units")
-                if numbers is None or len(numbers) != 1 or (positive and numbers[0] <= 0):
-                    wanted = "a positive number" if positive else "a number"
-                    reason = f"{name}, line {number}: {key} must be {wanted}, not {value!r}"
-                    raise SceneError("path", value, message=reason)
-                header[key] = numbers[0]
-    # shifts, rotation, bounds, mirrors and the unit of length, metres times units.len.f
-    found = np.array(points).reshape(-1, 2) + np.array([header["shift.y"], header["shift.z"]])
+                header[key] = _keyword(f"{name}, line {number}: {key}", value, key)
+    return _changed(np.array(points).reshape(-1, 2), header).tolist()
+
+
+def _keyword(where: str, text: str, key: str) -> float:
+    """The value of a keyword of SIMPACK's header, positive if it is a unit."""
+    positive = key.startswith("units")
+    numbers = _numbers(text)
+    if numbers is None or len(numbers) != 1 or (positive and numbers[0] <= 0):
+        allowed = "a positive number" if positive else "a number"
+        raise SceneError("path", text, message=f"{where} must be {allowed}, not {text!r}")
+    return numbers[0]
+
+
+def _changed(points: np.ndarray, header: dict[str, float]) -> np.ndarray:
+    """Points in mm after shifts, rotation, bounds and mirrors of a header; their unit of length is
+    a metre divided by units.len.f.
+    """
+    points = points + np.array([header["shift.y"], header["shift.z"]])
     turn = header["rotate"] / header["units.ang.f"]
-    found = found @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    points = points @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     for column, axis in enumerate("yz"):
-        low, high = header[f"bound.{axis}.min"], header[f"bound.{axis}.max"]
+        low = header[f"bound.{axis}.min"]
+        high = header[f"bound.{axis}.max"]
         if low < high:
-            found = found[(found[:, column] >= low) & (found[:, column] <= high)]
+            points = points[(points[:, column] >= low) & (points[:, column] <= high)]
     signs = [-1.0 if header[f"mirror.{axis}"] else 1.0 for axis in "yz"]
-    return (found * signs * (1000.0 / header["units.len.f"])).tolist()
+    return points * signs * (1000.0 / header["units.len.f"])
 
 
 def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
@@ -176,37 +204,56 @@ def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
     comment mark.
     """
     texts = [re.split('["!%#]', line)[0].strip() for line in lines]
-    given = [text.partition("=")[2] for text in texts if re.match(r"ColumnDef\s*=", text)]
-    columns = [word.strip().upper() for word in given[-1].split(",")] if given else ["X", "Y"]
-    points: list[list[float]] = []
+    columns = _column_names(texts)
+    rows: list[list[float]] = []
     for number, text in list(enumerate(texts, 1))[_header_end(lines) :]:
-        # behind the numbers of all columns words are a remark
-        values = _numbers(" ".join(_words(text)[: len(columns)])) if given else _numbers(text)
-        if values is not None and len(values) >= 2:
-            points.append(values)
-        elif text and points and "=" not in text:
+        numbers = text
+        if columns:  # behind the numbers of all columns words are a remark
+            numbers = " ".join(_words(text)[: len(columns)])
+        values = _numbers(numbers) or []
+        if len(values) >= 2:
+            rows.append(values)
+        elif text and rows and "=" not in text:
             raise _not_a_point(name, number, lines[number - 1].strip())
+    return _x_and_y(name, rows, columns or ["X", "Y"])
+
+
+def _column_names(texts: list[str]) -> list[str]:
+    """Names of columns in MiniProf's last ColumnDef, if there is one."""
+    definitions = [text.partition("=")[2] for text in texts if re.match(r"ColumnDef\s*=", text)]
+    if not definitions:
+        return []
+    return [word.strip().upper() for word in definitions[-1].split(",")]
+
+
+def _x_and_y(name: str, rows: list[list[float]], columns: list[str]) -> list[list[float]]:
+    """The numbers in the columns X and Y."""
     places = [columns.index(each) for each in "XY" if each in columns]
-    if len(places) < 2 or any(len(values) <= max(places) for values in points):
+    if len(places) < 2 or any(len(values) <= max(places) for values in rows):
         reason = f"{name}: X and Y are needed in each line, and ColumnDef = {','.join(columns)}"
         raise SceneError("path", name, message=reason)
-    return [[values[k] for k in places] for values in points]
+    return [[values[k] for k in places] for values in rows]
 
 
 def _header_end(lines: list[str]) -> int:
-    """Of a header that ends with words and a blank line, and has numbers in one line at most, the
-    number of lines.
+    """Number of lines of a header that ends with words and a blank line, and has numbers in one
+    line at most.
     """
     blank = next((k for k, line in enumerate(lines) if not line.strip()), 0)
     numbers = [_numbers(line) is not None for line in lines[:blank]]
-    return blank if blank and not numbers[-1] and sum(numbers) <= 1 else 0
+    if blank and not numbers[-1] and sum(numbers) <= 1:
+        return blank
+    return 0
 
 
 def _miniprof_template(name: str, lines: list[str]) -> list[list[float]]:
     """The points of a file's only profile."""
     sections = [number for number, line in enumerate(lines) if SECTION.match(line.strip())]
     if len(sections) > 1:
-        reason = f"{name} has {len(sections)} profiles: copy the lines of each into a file .ban, or .whl, of its own"
+        reason = (
+            f"{name} has {len(sections)} profiles: "
+            "copy the lines of each into a file .ban, or .whl, of its own"
+        )
         raise SceneError("path", name, message=reason)
     return _miniprof(name, [line for line in lines if not line.strip().startswith("[")])
 
@@ -239,9 +286,11 @@ def s1002(step: float) -> tuple[np.ndarray, np.ndarray]:
     >>> print(f"{z.max():.2f} {np.interp(10.0, y, z):.4f}")
     28.00 -0.2084
     """
-    known = _standards()["s1002"]
-    sections = [_arc(each["ends"], each["centre"], each["radius"], step) for each in known["arcs"]]
-    for each in known["polynomials"]:
+    dimensions = _standards()["s1002"]
+    sections = [
+        _arc(each["ends"], each["centre"], each["radius"], step) for each in dimensions["arcs"]
+    ]
+    for each in dimensions["polynomials"]:
         first, last = each["ends"]
         y = np.linspace(first, last, max(2, int(np.ceil((last - first) / step)) + 1))
         sections.append(np.array([y, polyval(y, each["coefficients"])]))
@@ -268,19 +317,24 @@ def rail_60e1(step: float) -> tuple[np.ndarray, np.ndarray]:
     >>> print(f"{z.min():.1f} {np.interp(14.3, z[y > 0], y[y > 0]):.2f}")
     0.0 36.00
     """
-    known = _standards()["60e1"]
-    radii, deepest = known["radii"], known["flank_depth"]
-    centre, start, half = np.array([0.0, radii[0]]), 0.0, []
-    for radius, full, smaller in zip(radii, known["widths"], (*radii[1:], 0.0), strict=True):
+    dimensions = _standards()["60e1"]
+    # arcs from the top to the flank
+    radii = dimensions["radii"]
+    centre = np.array([0.0, radii[0]])
+    start = 0.0
+    half = []
+    for radius, full, smaller in zip(radii, dimensions["widths"], (*radii[1:], 0.0), strict=True):
         width = full / 2
         half.append(_arc([start, width], centre, -radius, step))
         turned = np.arcsin((width - centre[0]) / radius)
         # the next arc's centre lies on the same radius: tangents meet
         centre = centre + (radius - smaller) * np.array([np.sin(turned), -np.cos(turned)])
         start = width
+    # the flank
     y0, z0 = half[-1][:, -1]
+    deepest = dimensions["flank_depth"]
     z = np.linspace(z0, deepest, max(2, round((deepest - z0) / step)))
-    half.append(np.array([y0 + (z - z0) / known["flank_slope"], z]))
+    half.append(np.array([y0 + (z - z0) / dimensions["flank_slope"], z]))
     y, z = _joined(half)
     return np.concatenate([-y[:0:-1], y]), np.concatenate([z[:0:-1], z])
 
@@ -297,9 +351,8 @@ def _arc(between: Any, centre: Any, radius: float, step: float) -> np.ndarray:
     for a negative.
     """
     ends = np.arcsin((np.array(between) - centre[0]) / abs(radius))
-    angles = np.linspace(
-        ends[0], ends[1], max(2, int(np.ceil(abs(radius * (ends[1] - ends[0])) / step)) + 1)
-    )
+    intervals = int(np.ceil(abs(radius * (ends[1] - ends[0])) / step))
+    angles = np.linspace(ends[0], ends[1], max(2, intervals + 1))
     return np.array([centre[0] + abs(radius) * np.sin(angles), centre[1] + radius * np.cos(angles)])
 
 

@@ -1,4 +1,4 @@
-"""Parts of a patch that are so near to each other that they feel each other in part."""
+"""Parts of a patch that are so close that the pressure of one displaces the other in part."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.errors import NotConverged
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -17,9 +18,10 @@ from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.wheel_rail.patches import Seams
 
-WEAK_ROUNDS, WEAK_CLOSE = 40, 1e-6
-"""Rounds for the pressures of parts, and the change of the distance, relative to the approach, that
-ends them."""
+SEAM_ROUNDS = 40
+"""Largest number of iterations for the pressures of parts."""
+SEAM_TOL = 1e-6
+"""Change of the distance that ends them, relative to the approach."""
 
 
 def weakened(scene: Scene, seams: Seams) -> Scene:
@@ -31,46 +33,70 @@ def weakened(scene: Scene, seams: Seams) -> Scene:
     not jump when parts come nearer, as in CONTACT (D_COMB, D_SEP). What a part would feel too much
     is taken off its distance, with the pressures of the round before.
     """
-    surface, grid = scene.surface, scene.grid
+    surface = scene.surface
     assert isinstance(surface, SampledDistance)
-    if not isinstance(grid, Grid):
-        x, y = surface.coordinates
-        dx, dy = x[1] - x[0], y[1] - y[0]
-        grid = Grid(nx=x.size, ny=y.size, dx=dx, dy=dy, x0=x[0] - dx / 2, y0=y[0] - dy / 2)
     assert scene.approach is not None
+    grid = scene.grid
+    if not isinstance(grid, Grid):
+        grid = _grid_of_samples(surface)
+    # the part of each row of elements, and the displacement that it does not feel, by the two parts
     places, weights = np.array(seams).T
-    count = weights.size + 1
-    missing = np.array(
-        [[1 - np.prod(weights[min(i, j) : max(i, j)]) for j in range(count)] for i in range(count)]
-    )
     part = np.searchsorted(places, grid.y)
-    on_grid = replace(
-        scene, motion=None, friction=None, grid=grid, surface=replace(surface, x=None, y=None)
+    unfelt = _unfelt(weights)
+    disc = discretise(
+        replace(
+            scene, motion=None, friction=None, grid=grid, surface=replace(surface, x=None, y=None)
+        ),
+        grid,
     )
-    disc = discretise(on_grid, grid)
     problem = disc.normal_problem()
     assert problem.approach is not None
-    taken, raw = np.zeros(grid.shape), None
-    for _ in range(WEAK_ROUNDS):
-        near = replace(problem, distance=problem.distance - taken.ravel())
-        # NORM is the fastest where the contact hardly changes from round to round, unless elements
-        # are many
-        few = np.count_nonzero(near.distance < problem.approach) <= DENSE
-        found = norm(near, raw) if few else None
-        raw = (
-            found
-            if found is not None and found.solved
-            else newton_normal(near, Settings(loose_tolerance=True), raw)
-        )
-        pressure, before = raw.traction.reshape(grid.shape), taken
-        parts = [
-            disc.operators.normal.apply((pressure * (part == j)[:, None])[None])[0]
-            for j in range(count)
-        ]
-        taken = sum(missing[part, j][:, None] * felt for j, felt in enumerate(parts))
-        change = float(np.abs(taken - before).max()) * disc.scales.displacement / scene.approach
-        if change <= WEAK_CLOSE:
-            return replace(
-                scene, surface=replace(surface, h=surface.h - taken * disc.scales.displacement)
-            )
+    excess = np.zeros(grid.shape)
+    raw = None
+    for _ in range(SEAM_ROUNDS):
+        # pressures with the excess displacement of the round before
+        posed = replace(problem, distance=problem.distance - excess.ravel())
+        raw = _pressures(posed, raw)
+        pressure = raw.traction.reshape(grid.shape)
+        # the excess displacement of these pressures
+        before = excess
+        displaced = []
+        for j in range(weights.size + 1):
+            own = pressure * (part == j)[:, None]
+            displaced.append(disc.operators.normal.apply(own[None])[0])
+        excess = sum([unfelt[part, j][:, None] * u for j, u in enumerate(displaced)])
+        change = float(np.abs(excess - before).max()) * disc.scales.displacement / scene.approach
+        if change <= SEAM_TOL:
+            distance = surface.h - excess * disc.scales.displacement
+            return replace(scene, surface=replace(surface, h=distance))
     raise NotConverged("the pressures of the parts of a patch did not settle", change)
+
+
+def _grid_of_samples(surface: SampledDistance) -> Grid:
+    """The grid whose elements have the samples of a surface at their centres."""
+    x, y = surface.coordinates
+    dx = x[1] - x[0]
+    dy = y[1] - y[0]
+    return Grid(nx=x.size, ny=y.size, dx=dx, dy=dy, x0=x[0] - dx / 2, y0=y[0] - dy / 2)
+
+
+def _unfelt(weights: np.ndarray) -> np.ndarray:
+    """Shares of the displacement by one part that another does not feel: 1 less the product of the
+    weights of the seams between them.
+    """
+    count = weights.size + 1
+    shares = np.zeros((count, count))
+    for i, j in np.ndindex(count, count):
+        shares[i, j] = 1 - np.prod(weights[min(i, j) : max(i, j)])
+    return shares
+
+
+def _pressures(problem: NormalProblem, start: RawSolution | None) -> RawSolution:
+    """NORM, the fastest where the contact hardly changes from round to round, or Newton's method
+    where elements are many.
+    """
+    if np.count_nonzero(problem.distance < problem.approach) <= DENSE:
+        raw = norm(problem, start)
+        if raw.solved:
+            return raw
+    return newton_normal(problem, Settings(loose_tolerance=True), start)

@@ -5,7 +5,7 @@ flat; and the surfaces through them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -28,8 +28,15 @@ TOGETHER = 1e-3
 TABLE = 0.25
 """Step along a section where the search for its points begins [mm]."""
 STEPS = 8
-SMALL, MUCH = 1e-10, 0.1
-"""Weights below which a slice does not count, and above which its kinks and breakpoints do."""
+"""Newton steps to a section."""
+STEP_TOL = 1e-11
+"""Distance [mm] of the last of these steps."""
+OFF_TOL = 1e-3
+"""Distance of a point from the surface [mm] above which the steps led nowhere."""
+LEAST_WEIGHT = 1e-10
+"""Weight below which a slice does not count."""
+BREAKPOINT_WEIGHT = 0.1
+"""Weight above which its kinks and breakpoints count."""
 DIGITS = 10
 """Decimals of v in which breakpoints of two slices differ."""
 
@@ -97,49 +104,15 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         positions = checks.array("slices.positions", self.positions, 1)
-        given: Any = self.profiles
-        profiles = (given,) * positions.size if isinstance(given, Profile) else tuple(given)
-        if not profiles or any(not isinstance(each, Profile) for each in profiles):
-            raise SceneError("slices.profiles", given, "a Profile, or one for each position")
-        if len(profiles) != positions.size:
-            raise SceneError(
-                "slices.profiles", len(profiles), f"as many as positions, {positions.size}"
-            )
-        if len({each.kind for each in profiles}) > 1:
-            other = next(i for i, each in enumerate(profiles, 1) if each.kind != profiles[0].kind)
-            raise SceneError(
-                "slices.profiles", other, f"all of a {profiles[0].kind}: slice {other} is not"
-            )
-        step = np.diff(positions)
-        wrong = np.flatnonzero(
-            (step < 0) | np.concatenate([[False], (step[1:] == 0) & (step[:-1] == 0)])[: step.size]
-        )
-        if wrong.size:
-            i = int(wrong[0])
-            reason = f"slices.positions: slice {i + 2} at {positions[i + 1]:g} is out of order"
-            raise SceneError("slices.positions", float(positions[i + 1]), message=reason)
-        if profiles[0].kind == "wheel" and np.ptp(positions) >= 2 * np.pi:
-            raise SceneError(
-                "slices.positions",
-                float(np.ptp(positions)),
-                "angles in rad, within less than a turn",
-            )
+        profiles = _checked_profiles(self.profiles, positions.size)
+        _check_order(positions, profiles[0].kind)
         z = checks.numbers("slices.z", self.z)
         if z.ndim and z.shape != positions.shape:
             raise checks.wrong_shape(
                 "slices.z", z.shape, f"a number, or one for each position, {positions.size}"
             )
         if self.features is not None:
-            features = checks.array("slices.features", self.features, 2)
-            if (
-                len(features) != len(profiles)
-                or features.shape[1] < 2
-                or (np.diff(features, axis=1) <= 0).any()
-            ):
-                raise SceneError(
-                    "slices.features", features.shape, "two or more that ascend, for each position"
-                )
-            set_(self, "features", features)
+            set_(self, "features", _checked_features(self.features, positions.size))
         set_(self, "profiles", profiles)
         set_(self, "positions", positions)
         set_(self, "z", np.broadcast_to(z, positions.shape) + 0.0)
@@ -147,11 +120,12 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
     def __repr__(self) -> str:
         first, last = self.positions[[0, -1]]
         unit = "mm" if self.kind == "rail" else "rad"
-        return f"ProfileSlices({self.kind}, {self.positions.size} slices, {first:g} to {last:g} {unit})"
+        extent = f"{first:g} to {last:g} {unit}"
+        return f"ProfileSlices({self.kind}, {self.positions.size} slices, {extent})"
 
     @property
     def kind(self) -> Kind:
-        """Of the profiles: "rail" or "wheel"."""
+        """The kind of all profiles: "rail" or "wheel"."""
         return self.first.kind
 
     @property
@@ -203,26 +177,27 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
             If the file or a profile cannot be read, or slices are out of order,
             with the line.
         """
-        file, scale = checks.file_name("path", path), checks.positive("scale", scale)
+        file = checks.file_name("path", path)
+        scale = checks.positive("scale", scale)
+        # the header
         lines = Lines(file)
         offset, by_unit = lines.group("S_OFFSET", "S_SCALE").numbers()
         (count,) = lines.group("NSLC").integers()
-        features, kink_count, jump_count = lines.group("NFEAT", "NKINK", "NACCEL").integers()
-        method = lines.group("S_METHOD")
-        if method.integers()[0] not in (1, 2):
-            method.refuse(
-                "S_METHOD", method.values[0], "is neither 1 (interpolating) nor 2 (approximating)"
-            )
-        approximating = method.values[0] == "2"
-        positions, profiles, known = [], [], dict[str, Profile]()
+        feature_count, *other_counts = lines.group("NFEAT", "NKINK", "NACCEL").integers()
+        approximating = _read_method(lines)
+        # positions, and the profiles there
+        closest = TOGETHER if kind == "rail" else 0
+        positions: list[float] = []
+        profiles: list[Profile] = []
+        by_name: dict[str, Profile] = {}
         for _ in range(count):
             group = lines.group("S", "a profile")
             name = group.values[1].strip("'\"").replace("\\", "/")
             positions.append(by_unit * (offset + group.number(0)))
             if mirror_z is None:
                 mirror_z = guess_mirror_z(file.parent / name, kind, scale)
-            if name not in known:
-                known[name] = Profile.read(
+            if name not in by_name:
+                by_name[name] = Profile.read(
                     file.parent / name,
                     kind,
                     mirror_y=mirror_y,
@@ -231,43 +206,106 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
                     smoothing=smoothing,
                     kinks=kinks,
                 )
-            profiles.append(known[name])
-            if len(positions) > 1 and positions[-1] - positions[-2] <= (
-                TOGETHER if kind == "rail" else 0
-            ):
+            profiles.append(by_name[name])
+            if len(positions) > 1 and positions[-1] - positions[-2] <= closest:
                 group.refuse("S", positions[-1], f"of slice {len(positions)} is out of order")
-        if features <= 1:
+        if feature_count <= 1:
             return cls(profiles=profiles, positions=positions, approximating=approximating)
+        # their features
         if mirror_y is True:
-            reason = f"mirror_y: {file.name} has features by arc length from the first point; mirror the profiles"
+            reason = (
+                f"mirror_y: {file.name} has features by arc length from the first point; "
+                "mirror the profiles"
+            )
             raise SceneError("mirror_y", True, message=reason)
-        for more in filter(None, (kink_count, jump_count)):
+        for more in filter(None, other_counts):
             lines.many("kinks", more)
-        table = np.array([lines.many("features", features + 1).numbers()[1:] for _ in positions])
-        table = np.minimum(table, [[each.curve.s[-1]] for each in profiles])
-        there = (table[:, :-1] >= 0) & (table[:, 1:] >= 0)  # what is between two features
-        ends = np.flatnonzero((there[:, 1:] != there[:, :-1]).any(axis=0)) + 1
-        found = []
-        for a, b in pairwise([0, *ends.tolist(), features - 1]):
-            has = np.flatnonzero(there[:, a])
-            if has.size:
-                used = table[has, a : b + 1]
-                used = used[:, np.concatenate([[True], (np.diff(used, axis=1) > 0).all(axis=0)])]
-                at = [positions[i] for i in has]
-                own = [profiles[i] for i in has]
-                found.append(
-                    cls(profiles=own, positions=at, features=used, approximating=approximating)
-                )
-        return found[0] if len(found) == 1 else tuple(found)
+        features = _read_features(lines, feature_count, profiles)
+        whole = cls(profiles=profiles, positions=positions, approximating=approximating)
+        rails = tuple(_rails_of(whole, features))
+        if len(rails) == 1:
+            return rails[0]
+        return rails
+
+
+def _checked_profiles(given: Any, count: int) -> tuple[Profile, ...]:
+    """Profiles of one kind, one for each position."""
+    profiles = (given,) * count if isinstance(given, Profile) else tuple(given)
+    if not profiles or any(not isinstance(each, Profile) for each in profiles):
+        raise SceneError("slices.profiles", given, "a Profile, or one for each position")
+    if len(profiles) != count:
+        raise SceneError("slices.profiles", len(profiles), f"as many as positions, {count}")
+    kind = profiles[0].kind
+    for number, each in enumerate(profiles, 1):
+        if each.kind != kind:
+            raise SceneError("slices.profiles", number, f"all of a {kind}: slice {number} is not")
+    return profiles
+
+
+def _check_order(positions: np.ndarray, kind: Kind) -> None:
+    """Refuse positions that do not ascend, three that are equal, and angles of more than a turn."""
+    step = np.diff(positions)
+    equal = np.concatenate([[False], (step[1:] == 0) & (step[:-1] == 0)])[: step.size]
+    wrong = np.flatnonzero((step < 0) | equal)
+    if wrong.size:
+        i = int(wrong[0])
+        reason = f"slices.positions: slice {i + 2} at {positions[i + 1]:g} is out of order"
+        raise SceneError("slices.positions", float(positions[i + 1]), message=reason)
+    extent = float(np.ptp(positions))
+    if kind == "wheel" and extent >= 2 * np.pi:
+        raise SceneError("slices.positions", extent, "angles in rad, within less than a turn")
+
+
+def _checked_features(given: Any, count: int) -> np.ndarray:
+    features = checks.array("slices.features", given, 2)
+    complete = len(features) == count and features.shape[1] >= 2
+    if not complete or (np.diff(features, axis=1) <= 0).any():
+        allowed = "two or more that ascend, for each position"
+        raise SceneError("slices.features", features.shape, allowed)
+    return features
+
+
+def _read_method(lines: Lines) -> bool:
+    """True for the approximating spline."""
+    method = lines.group("S_METHOD")
+    if method.integers()[0] not in (1, 2):
+        method.refuse(
+            "S_METHOD", method.values[0], "is neither 1 (interpolating) nor 2 (approximating)"
+        )
+    return method.values[0] == "2"
+
+
+def _read_features(lines: Lines, count: int, profiles: list[Profile]) -> np.ndarray:
+    """Arc lengths of features in each profile, within its length."""
+    rows = [lines.many("features", count + 1).numbers()[1:] for _ in profiles]
+    return np.minimum(np.array(rows), [[each.curve.s[-1]] for each in profiles])
+
+
+def _rails_of(slices: ProfileSlices, features: np.ndarray) -> Iterator[ProfileSlices]:
+    """Slices of each rail with its features, by a table of arc lengths, negative where a slice
+    lacks a feature.
+    """
+    profiles = cast(Sequence[Profile], slices.profiles)
+    present = (features[:, :-1] >= 0) & (features[:, 1:] >= 0)  # between two features
+    ends = np.flatnonzero((present[:, 1:] != present[:, :-1]).any(axis=0)) + 1
+    for first, last in pairwise([0, *ends.tolist(), features.shape[1] - 1]):
+        rows = np.flatnonzero(present[:, first])
+        if rows.size:
+            own = features[rows, first : last + 1]
+            ascends = (np.diff(own, axis=1) > 0).all(axis=0)
+            yield ProfileSlices(
+                profiles=[profiles[i] for i in rows.tolist()],
+                positions=slices.positions[rows],
+                features=own[:, np.concatenate([[True], ascends])],
+                approximating=slices.approximating,
+            )
 
 
 def sliced(given: Profile | ProfileSlices) -> ProfileSlices:
     """Slices as they are, and a profile as the only one."""
-    return (
-        given
-        if isinstance(given, ProfileSlices)
-        else ProfileSlices(profiles=given, positions=[0.0])
-    )
+    if isinstance(given, ProfileSlices):
+        return given
+    return ProfileSlices(profiles=given, positions=[0.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,19 +331,20 @@ class Surface:
         """
         from scipy.interpolate import CubicSpline, PPoly
 
-        at, weights = self.positions, self.weights
+        at = self.positions
+        weights = self.weights
         if np.isfinite(self.period):  # closed
             at = np.concatenate([at - self.period, at, at + self.period])
             weights = np.tile(weights, (3, 1))
         constant = np.zeros((4, 2, weights.shape[1]))
         constant[3] = weights[[0, -1]]
-        breaks, cubics = [at[:1] - 1.0], [constant[:, :1]]
+        through = _approximation if self.approximating else CubicSpline
+        breaks = [at[:1] - 1.0]
+        cubics = [constant[:, :1]]
         steps = np.flatnonzero(np.diff(at) == 0) + 1
         for a, b in pairwise([0, *steps.tolist(), at.size]):
             if b - a > 1:
-                between = (_approximation if self.approximating else CubicSpline)(
-                    at[a:b], weights[a:b]
-                )
+                between = through(at[a:b], weights[a:b])
                 breaks.append(between.x[:-1])
                 cubics.append(between.c)
         breaks += [at[-1:], at[-1:] + 1.0]
@@ -324,17 +363,17 @@ class Surface:
             at = self.positions[0] + (at - self.positions[0]) % self.period
         breaks = self._weights.x
         strips = np.clip(np.searchsorted(breaks, at, side="right") - 1, 0, breaks.size - 2)
-        found = np.empty((3, *at.shape, 2))
+        points = np.empty((3, *at.shape, 2))
         for i in np.unique(strips).tolist():
             here = strips == i
             strip = self._strip(i)
             t = (at[here] - breaks[i])[:, None]
             a, b, c, d = np.moveaxis(strip(v[here]), 1, 0)
-            found[0, here] = ((a * t + b) * t + c) * t + d
-            found[1, here] = (3 * a * t + 2 * b) * t + c
+            points[0, here] = ((a * t + b) * t + c) * t + d
+            points[1, here] = (3 * a * t + 2 * b) * t + c
             a, b, c, d = np.moveaxis(strip(v[here], 1), 1, 0)
-            found[2, here] = ((a * t + b) * t + c) * t + d
-        return found
+            points[2, here] = ((a * t + b) * t + c) * t + d
+        return points
 
     @lazy_property
     def _strips(self) -> dict[int, Any]:
@@ -350,15 +389,13 @@ class Surface:
             width = float(np.diff(self._weights.x[i : i + 2])[0])
             weights = self._weights.c[:, i]
             largest = (np.abs(weights[:, :-1]) * width ** np.arange(3, -1, -1)[:, None]).sum(axis=0)
-            # their breakpoints, of sections further away they are hardly felt
-            ends = [
-                self._at_features(k, self.curves[k].s)
-                for k in np.flatnonzero(largest > MUCH).tolist()
-            ]
+            # breakpoints of the sections nearby: those further away hardly matter
+            nearby = np.flatnonzero(largest > BREAKPOINT_WEIGHT).tolist()
+            ends = [self._at_features(k, self.curves[k].s) for k in nearby]
             v = np.unique(np.concatenate([np.arange(self.features.shape[1]), *ends]).round(DIGITS))
             cubics = np.zeros((4, v.size - 1, 4, 2))
             cubics[3, :, :, 1] = weights[:, -1]
-            for k in np.flatnonzero(largest > SMALL).tolist():
+            for k in np.flatnonzero(largest > LEAST_WEIGHT).tolist():
                 cubics += weights[:, k, None] * self._cubics(k, v)[:, :, None]
             self._strips[i] = PPoly(cubics, v)
         return self._strips[i]
@@ -390,8 +427,9 @@ def _approximation(at: np.ndarray, values: np.ndarray) -> Any:
 
     degree = min(3, at.size - 1)
     knots = np.concatenate([at[:1].repeat(degree + 1), at[2:-2], at[-1:].repeat(degree + 1)])
-    found, breaks = BSpline(knots, values, degree), np.unique(knots)
-    return PPoly([found(breaks[:-1], k) / math.factorial(k) for k in (3, 2, 1, 0)], breaks)
+    curve = BSpline(knots, values, degree)
+    breaks = np.unique(knots)
+    return PPoly([curve(breaks[:-1], k) / math.factorial(k) for k in (3, 2, 1, 0)], breaks)
 
 
 def surface_of(
@@ -400,9 +438,12 @@ def surface_of(
     """The surface of slices, each `placed`, and their positions shifted: `backwards` where that
     turns its direction.
     """
-    profiles, features = cast(Sequence[Profile], slices.profiles), slices.features
-    # features are of slices
-    keys = [id(each) if features is None else i for i, each in enumerate(profiles)]
+    profiles = cast(Sequence[Profile], slices.profiles)
+    features = slices.features
+    # one curve for each profile, or, as features are of slices, for each slice
+    keys = list(range(len(profiles)))
+    if features is None:
+        keys = [id(each) for each in profiles]
     different = list(dict.fromkeys(keys))
     curves = tuple(placed(profiles[keys.index(key)]) for key in different)
     if features is None:
@@ -427,10 +468,8 @@ class RailSurface:
     def ends(self) -> np.ndarray:
         """x between which each rail is, shape (n, 2): the first and the last one go on."""
         first, last = np.array([each.positions[[0, -1]] for each in self.parts]).T
-        before, behind = (
-            np.where(first == first.min(), -np.inf, first),
-            np.where(last == last.max(), np.inf, last),
-        )
+        before = np.where(first == first.min(), -np.inf, first)
+        behind = np.where(last == last.max(), np.inf, last)
         return np.stack([before, behind], axis=1)
 
     def sections(self, x: float) -> list[Curve]:
@@ -442,35 +481,29 @@ class RailSurface:
         """Of the highest rail at a place, or of the nearest where it is between two."""
         beyond = np.maximum(np.maximum(self.ends[:, 0] - x, x - self.ends[:, 1]), 0.0)
         nearest = int(beyond.argmin())
-        found = self.sections(float(np.clip(x, *self.ends[nearest])))
-        height = [float(curve.points(curve.at(np.array([y])))[0, 1]) for curve in found]
-        return found[int(np.argmin(np.nan_to_num(height, nan=np.inf)))]
+        curves = self.sections(float(np.clip(x, *self.ends[nearest])))
+        height = [float(curve.points(curve.at(np.array([y])))[0, 1]) for curve in curves]
+        return curves[int(np.argmin(np.nan_to_num(height, nan=np.inf)))]
 
     def along(
         self, points: np.ndarray, direction: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """From points, shape (rows, columns, 3), each column near one x, along a direction to the
-        highest rail.
+        """Distances from points along a direction to the highest rail, and its slopes there along x
+        and y; NaN where no rail is.
 
-        Distances, and slopes of the rail there along x and y; NaN where no rail is. Newton's method
-        for the distance and v.
+        Points have the shape (rows, columns, 3), each column near one x. Newton's method for the
+        distance and v.
         """
         shape = points.shape[:2]
         far, by_x, by_y = (np.full(shape, np.nan) for _ in range(3))
         x = points[..., 0].mean(axis=0)
         for part, (first, last) in zip(self.parts, self.ends, strict=True):
-            there, v = (first <= x) & (x <= last), np.full(shape, np.nan)
-            sections = part.points(x[there], part.s[:, None])[0]
-            for j, section in zip(np.flatnonzero(there), sections.swapaxes(0, 1), strict=True):
-                across, height = section.T
-                run = growing(np.diff(across) > 0, int(height.argmin()))
-                v[:, j] = np.interp(
-                    points[:, j, 1], across[run], part.s[run], left=np.nan, right=np.nan
-                )
+            v = _begin_on_rail(part, points, x, (first <= x) & (x <= last))
             here = np.isfinite(v)
             if not here.any():
                 continue
-            v, start = v[here], points[here]
+            v = v[here]
+            start = points[here]
             away = np.zeros(v.size)
             for _ in range(STEPS):
                 at = start + away[:, None] * direction
@@ -480,15 +513,29 @@ class RailSurface:
                 determinant = moved[:, 1] * along[:, 0] - moved[:, 0] * along[:, 1]
                 step = (off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]) / determinant
                 further = (moved[:, 1] * off[:, 0] - moved[:, 0] * off[:, 1]) / determinant
-                v, away = np.clip(v + further, 0.0, part.s[-1]), away + step
-                if np.abs(step).max() < 1e-11:
+                v = np.clip(v + further, 0.0, part.s[-1])
+                away = away + step
+                if np.abs(step).max() < STEP_TOL:
                     break
+            # where this rail is higher than those before
             slope = along[:, 1] / along[:, 0]
-            nearer = ~(far[here] <= away) & (np.abs(off).max(axis=1) < 1e-3)
-            for whole, values in (
-                (far, away),
-                (by_y, slope),
-                (by_x, turned[:, 1] - slope * turned[:, 0]),
-            ):
-                whole[here] = np.where(nearer, values, whole[here])
+            nearer = ~(far[here] <= away) & (np.abs(off).max(axis=1) < OFF_TOL)
+            far[here] = np.where(nearer, away, far[here])
+            by_y[here] = np.where(nearer, slope, by_y[here])
+            by_x[here] = np.where(nearer, turned[:, 1] - slope * turned[:, 0], by_x[here])
         return far, by_x, by_y
+
+
+def _begin_on_rail(
+    part: Surface, points: np.ndarray, x: np.ndarray, present: np.ndarray
+) -> np.ndarray:
+    """v of a rail below points, by its sections at the x of columns where it is `present`; NaN
+    elsewhere.
+    """
+    v = np.full(points.shape[:2], np.nan)
+    sections = part.points(x[present], part.s[:, None])[0]
+    for j, section in zip(np.flatnonzero(present), sections.swapaxes(0, 1), strict=True):
+        across, height = section.T
+        run = growing(np.diff(across) > 0, int(height.argmin()))
+        v[:, j] = np.interp(points[:, j, 1], across[run], part.s[run], left=np.nan, right=np.nan)
+    return v

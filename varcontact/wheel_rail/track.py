@@ -144,7 +144,10 @@ class Track(
         super().__post_init__()
         set_(self, "curve_radius", checks.real("track.curve_radius", self.curve_radius))
         if not abs(self.curve_radius) > self.gauge:
-            allowed = f"larger than the gauge, {self.gauge:g} mm: positive to the right, negative to the left"
+            allowed = (
+                f"larger than the gauge, {self.gauge:g} mm: "
+                "positive to the right, negative to the left"
+            )
             raise SceneError("track.curve_radius", self.curve_radius, allowed)
         if self.stiffness is not None:
             stiffness = checks.positives("track.stiffness", self.stiffness)
@@ -174,7 +177,9 @@ class Track(
     @lazy_property
     def rails(self) -> tuple[ProfileSlices, ...]:
         """All rails under one wheel."""
-        return tuple(map(sliced, self.rail if isinstance(self.rail, tuple) else (self.rail,)))
+        if isinstance(self.rail, tuple):
+            return tuple(map(sliced, self.rail))
+        return (sliced(self.rail),)
 
     @property
     def profile(self) -> Profile:
@@ -225,7 +230,9 @@ class Track(
 
     def _in_track(self, profile: Profile, side: Side) -> Curve:
         matrix, shift = self._motion(side)
-        curve = profile.curve if side == "right" else profile.curve.mirrored
+        curve = profile.curve
+        if side == "left":
+            curve = curve.mirrored
         return curve.moved(matrix * [SIGN[side], 1.0], shift)
 
     def surface(self, side: Side, s: float) -> RailSurface:
@@ -247,12 +254,11 @@ class Track(
     def rail_body(self, side: Side) -> RigidBody:
         """The rail on a `side` as a rigid body, with the velocities of its irregularity."""
         given: Irregularity = getattr(self, side)
-        velocity, turning = (
-            np.array([0.0, given.lateral, given.vertical]),
-            np.array([given.roll_rate, 0.0, 0.0]),
+        return RigidBody(
+            position=np.array([0.0, *self._motion(side)[1]]),
+            velocity=np.array([0.0, given.lateral, given.vertical]),
+            angular_velocity=np.array([given.roll_rate, 0.0, 0.0]),
         )
-        position = np.array([0.0, *self._motion(side)[1]])
-        return RigidBody(position=position, velocity=velocity, angular_velocity=turning)
 
     def on_rail(self, point: np.ndarray, side: Side) -> np.ndarray:
         """A `point` (y, z) of the track in the coordinates of the profile on a `side`, before
@@ -316,10 +322,13 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
                 f"in millimetres: where the wheel's profile is highest it leaves {smallest:.3g} mm"
             )
             raise SceneError("wheelset.radius", self.radius, allowed)
-        y, z = self.profile.y, self.profile.z
-        tip = float(y[z.argmax()])
-        if flange(y, z) < 0 and not 0 <= tip - self.flange_back <= WIDEST_FLANGE:
-            allowed = f"the y of the flange's back in the coordinates of the profile: its tip is at y = {tip:.4g} mm"
+        profile = self.profile
+        tip = float(profile.y[profile.z.argmax()])
+        if flange(profile.y, profile.z) < 0 and not 0 <= tip - self.flange_back <= WIDEST_FLANGE:
+            allowed = (
+                "the y of the flange's back in the coordinates of the profile: "
+                f"its tip is at y = {tip:.4g} mm"
+            )
             raise SceneError("wheelset.flange_back", self.flange_back, allowed)
 
     @lazy_property
@@ -353,7 +362,9 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
 
     def _on_axle(self, profile: Profile, side: Side) -> Curve:
         curve = profile.running.moved(np.eye(2), np.array([self.middle, self.radius]))
-        return curve if side == "right" else curve.mirrored
+        if side == "left":
+            curve = curve.mirrored
+        return curve
 
     def surface(self, side: Side, pitch: float) -> Surface:
         """That of the wheel on a `side`, turned by `pitch`: (y from the middle of the axle, radius)
@@ -365,9 +376,11 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
 
 
 def _check_profile(field: str, given: Any, kind: str) -> None:
-    """Refuse what is no profile of a kind, or, of a rail, no several of them."""
-    for each in given if kind == "rail" and isinstance(given, tuple | list) and given else (given,):
-        known = isinstance(each, Profile | ProfileSlices)
-        if not known or each.kind != kind:
-            wrong = f"a {each.kind}'s" if known else each
-            raise SceneError(field, wrong, f"a Profile of kind {kind!r}, or slices of that")
+    """Refuse all but a profile of a kind, or slices; a rail may have several of them."""
+    allowed = f"a Profile of kind {kind!r}, or slices of that"
+    several = kind == "rail" and isinstance(given, tuple | list) and given
+    for each in given if several else (given,):
+        if not isinstance(each, Profile | ProfileSlices):
+            raise SceneError(field, each, allowed)
+        if each.kind != kind:
+            raise SceneError(field, f"a {each.kind}'s", allowed)

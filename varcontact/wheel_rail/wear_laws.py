@@ -107,10 +107,8 @@ class ArchardMap(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        velocities, k = (
-            checks.positives("wear.velocities", self.velocities),
-            checks.positives("wear.k", self.k),
-        )
+        velocities = checks.positives("wear.velocities", self.velocities)
+        k = checks.positives("wear.k", self.k)
         if (
             velocities.ndim != 1
             or k.shape != (velocities.size + 1,)
@@ -124,10 +122,8 @@ class ArchardMap(
 
     def coefficient(self, pressure: Any, slip_velocity: Any) -> np.ndarray:
         """Coefficients k at a `pressure` [N/mm^2] and a `slip_velocity` [mm/s]."""
-        pressed, slip = (
-            checks.numbers("pressure", pressure),
-            checks.numbers("slip_velocity", slip_velocity),
-        )
+        pressed = checks.numbers("pressure", pressure)
+        slip = checks.numbers("slip_velocity", slip_velocity)
         if slip.size and slip.min() < 0:
             raise SceneError("slip_velocity", float(slip.min()), "zero or positive")
         mild = np.asarray(self.k)[np.searchsorted(self.velocities, slip, side="right")]
@@ -217,26 +213,26 @@ def fatigue_damage(
     >>> print(fatigue_damage([10.0, 40.0, 65.0, 120.0, 230.0]))
     [ 0.  5. 10.  5. -5.]
     """
-    given = checks.numbers("t_gamma", t_gamma)
-    known = checks.array("course", course, 2)
-    if known.shape[0] != 2 or known.shape[1] < 2 or (np.diff(known[0]) <= 0).any():
+    work = checks.numbers("t_gamma", t_gamma)
+    points = checks.array("course", course, 2)
+    if points.shape[0] != 2 or points.shape[1] < 2 or (np.diff(points[0]) <= 0).any():
         raise SceneError(
             "course", course, "two or more values of T-gamma, ascending, and as many damages"
         )
-    (*_, peak, last), (*_, most, end) = known
-    beyond = end + (most - end) / (peak - last) * (given - last)
-    return np.asarray(np.where(given > last, beyond, np.interp(given, *known)))
+    (*_, peak, last), (*_, most, end) = points
+    beyond = end + (most - end) / (peak - last) * (work - last)
+    return np.asarray(np.where(work > last, beyond, np.interp(work, *points)))
 
 
 def _by_pieces(field: str, value: Any, pieces: Pieces) -> np.ndarray:
-    given = checks.numbers(field, value)
-    if (given < 0).any():
-        raise SceneError(field, float(given.min()), "zero or positive")
-    known = checks.array("pieces", pieces, 2)
-    if known.shape[1] != 3 or known[0, 0] != 0 or (np.diff(known[:, 0]) <= 0).any():
+    work = checks.numbers(field, value)
+    if (work < 0).any():
+        raise SceneError(field, float(work.min()), "zero or positive")
+    rows = checks.array("pieces", pieces, 2)
+    if rows.shape[1] != 3 or rows[0, 0] != 0 or (np.diff(rows[:, 0]) <= 0).any():
         raise SceneError(
             "pieces", pieces, "rows of start, slope and constant; starts ascend from 0"
         )
-    starts, slopes, constants = known.T
-    piece = np.searchsorted(starts, given, side="right") - 1
-    return np.asarray(constants[piece] + slopes[piece] * given)
+    starts, slopes, constants = rows.T
+    piece = np.searchsorted(starts, work, side="right") - 1
+    return np.asarray(constants[piece] + slopes[piece] * work)

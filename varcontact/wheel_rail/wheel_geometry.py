@@ -19,9 +19,11 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
 from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
+from varcontact.wheel_rail.locus import Locus, Overlap, contact_locus, varied_locus
 from varcontact.wheel_rail.patches import (
+    ReferenceSurface,
     Seams,
+    Sides,
     Tangent,
     joined,
     reference_surface,
@@ -36,8 +38,12 @@ from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
 STEEL = Bodies(G=82000.0, nu=0.28)
 STIFFEST = 1e6
 """Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
-MIDDLE, ROLLING = Position(), Velocity()
-VARIES = "friction: it varies over a patch, and grids are not chosen for an accuracy then; give dx and dy"
+MIDDLE = Position()
+ROLLING = Velocity()
+VARIES = (
+    "friction: it varies over a patch, and grids are not chosen for an accuracy then; "
+    "give dx and dy"
+)
 PARTS = {
     "track": Track,
     "wheelset": WheelSet,
@@ -106,8 +112,10 @@ class OnTrack(
     """What a wheel and a wheel set have in common, see `WheelOnRail`."""
 
     _words: ClassVar = {
-        **dict.fromkeys(("load", "axle_load", "normal_force"), "vertical_force"), "rail": "track", "wheel": "wheelset"
-    }  # fmt: skip
+        **dict.fromkeys(("load", "axle_load", "normal_force"), "vertical_force"),
+        "rail": "track",
+        "wheel": "wheelset",
+    }
     track: Track
     wheelset: WheelSet
     position: Position = MIDDLE
@@ -135,9 +143,12 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
         set_ = object.__setattr__
         for name, kind in PARTS.items():
             checks.kind(name, getattr(self, name), kind)
-        if self.bodies.combined_G > STIFFEST:
-            G = self.bodies.combined_G
-            reason = f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: give N/mm^2; 1 Pa is 1e-6 N/mm^2"
+        G = self.bodies.combined_G
+        if G > STIFFEST:
+            reason = (
+                f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: "
+                "give N/mm^2; 1 Pa is 1e-6 N/mm^2"
+            )
             raise SceneError("bodies.G", G, message=reason)
         set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
         set_(self, "track", self.track.of_sides[self.side])
@@ -147,6 +158,16 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
             set_(self, "friction", coefficient("friction", self.friction))
         if self.conformal != "auto":
             set_(self, "conformal", checks.flag("conformal", self.conformal))
+        self._check_distances()
+        if self.conformal is True and not self._constant:
+            reason = (
+                "conformal: its curved surface is straight along the rail; "
+                "give False where profiles vary"
+            )
+            raise SceneError("conformal", True, message=reason)
+
+    def _check_distances(self) -> None:
+        """Refuse distances of patches that do not ascend, and a place beyond the slices."""
         if self.separate < self.join:
             raise SceneError("separate", self.separate, f"at least join, {self.join:g} mm")
         if self.turn is not None and self.turn < self.separate:
@@ -158,9 +179,6 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
                 raise SceneError(
                     "position.s", self.position.s, f"within the slices, {first:g} to {last:g} mm"
                 )
-        if self.conformal is True and not self._constant:
-            reason = "conformal: its curved surface is straight along the rail; give False where profiles vary"
-            raise SceneError("conformal", True, message=reason)
 
     @property
     def _constant(self) -> bool:
@@ -171,11 +189,9 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
         """The part of the rail that can be touched, (y, z) in track coordinates; a surface where a
         profile varies.
         """
-        return (
-            self.track.placed(self.side)
-            if self._constant
-            else self.track.surface(self.side, self.position.s)
-        )
+        if self._constant:
+            return self.track.placed(self.side)
+        return self.track.surface(self.side, self.position.s)
 
     @lazy_property
     def wheel(self) -> Curve | Surface:
@@ -193,11 +209,12 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
         """Curves of rail and wheel at a `location` in the track, `on_wheel` that of the wheel; and
         its y on each.
         """
-        theta = float(np.arcsin(location[0] / self.wheelset.radius))
-        rail = (
-            self.rail if isinstance(self.rail, Curve) else self.rail.section(*location[:2].tolist())
-        )
-        wheel = self.wheel if isinstance(self.wheel, Curve) else self.wheel.section(theta)
+        rail = self.rail
+        if not isinstance(rail, Curve):
+            rail = rail.section(*location[:2].tolist())
+        wheel = self.wheel
+        if not isinstance(wheel, Curve):
+            wheel = wheel.section(float(np.arcsin(location[0] / self.wheelset.radius)))
         axle_y = SIGN[self.side] * (float(on_wheel[0]) + self.wheelset.middle)
         return {"rail": (rail, float(location[1])), "wheel": (wheel, axle_y)}
 
@@ -238,50 +255,77 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
             many.
         """
         z = checks.number("z", z)
-        turn = 2 * self.separate - self.join if self.turn is None else self.turn
-        curved = self.conformal is True
-        groups = joined(self.locus.overlaps(z), turn if curved else self.separate)
-        body = self.body(z)
-        sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
-        known = self.wheel, self.rail, body.rotation, body.position, sides, curved
+        turn = self.turn
+        if turn is None:
+            turn = 2 * self.separate - self.join
+        # overlaps that make one patch each, and their planes
+        nearer = self.separate
+        if self.conformal is True:
+            nearer = turn
+        groups = joined(self.locus.overlaps(z), nearer)
+        tangents = tangents_of(groups, self.rail, self.separate, turn)
+        sides = None
+        if with_grid:
+            sides = (self.dx or ELEMENT, self.dy or ELEMENT)
         patches = []
-        for group, tangent in zip(
-            groups, tangents_of(groups, self.rail, self.separate, turn), strict=True
-        ):
-            frame, surface = tangent.frame, reference_surface(group, tangent, *known)
-            grid, approach = surface.grid, surface.approach
-            rolled, on_wheel = self.creepage(frame, approach, z), self.on_wheel(frame.origin, body)
-            motion = Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin)
-            seams = seams_of(group, frame, self.join, self.separate)
-            if curved:
-                motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
-                inside = np.isfinite(surface.lateral)  # seams are at their arc lengths
-                at = np.interp(
-                    [y for y, _ in seams], surface.lateral[inside], grid.y[inside]
-                ).tolist()
-                seams = tuple(zip(at, [weight for _, weight in seams], strict=True))
-            inclination = surface.inclination if curved else None
-            sections = self.sections(frame.origin, on_wheel)
-            friction = self._friction(tangent, sections["rail"][0], grid, inclination, with_grid)
-            x, y = (None, None) if with_grid else (grid.x, grid.y)
-            scene = Scene(
-                bodies=self.bodies,
-                surface=SampledDistance(surface.distance, x, y, inclination=inclination),
-                approach=approach,
-                friction=friction,
-                motion=motion,
-                grid=grid if with_grid else "auto",
-                units=MM_N,
-            )
-            section, axle_y = sections["wheel"]
-            rolling_radius = float(section.points(section.at(np.array([axle_y])))[0, 1])
-            places = self.track.on_rail(frame.origin[1:], self.side), on_wheel, rolling_radius
-            patches.append(
-                ContactPatch(
-                    frame.origin, tangent.angle, frame, *places, rolled, approach, scene, seams
-                )
-            )
+        for group, tangent in zip(groups, tangents, strict=True):
+            patches.append(self._patch(group, tangent, z, sides))
         return tuple(patches)
+
+    def _patch(
+        self, overlaps: list[Overlap], tangent: Tangent, z: float, sides: Sides
+    ) -> ContactPatch:
+        """The patch of some overlaps with its plane, on elements with `sides`, or on any grid."""
+        # undeformed distance
+        frame = tangent.frame
+        body = self.body(z)
+        curved = self.conformal is True
+        surface = reference_surface(overlaps, tangent, self.wheel, self.rail, body, sides, curved)
+        # creepages, and seams
+        creepage = self.creepage(frame, surface.approach, z)
+        motion = Steady(vx=creepage.vx, vy=creepage.vy, spin=creepage.spin)
+        seams = seams_of(overlaps, frame, self.join, self.separate)
+        inclination = None
+        if curved:
+            motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
+            seams = _at_arc_lengths(seams, surface)
+            inclination = surface.inclination
+        # places on the profiles
+        on_rail = self.track.on_rail(frame.origin[1:], self.side)
+        on_wheel = self.on_wheel(frame.origin, body)
+        sections = self.sections(frame.origin, on_wheel)
+        section, axle_y = sections["wheel"]
+        rolling_radius = float(section.points(section.at(np.array([axle_y])))[0, 1])
+        # the scene
+        grid = surface.grid
+        friction = self._friction(
+            tangent, sections["rail"][0], grid, inclination, with_grid=sides is not None
+        )
+        if sides is None:
+            sampled = SampledDistance(surface.distance, grid.x, grid.y, inclination=inclination)
+        else:
+            sampled = SampledDistance(surface.distance, inclination=inclination)
+        scene = Scene(
+            bodies=self.bodies,
+            surface=sampled,
+            approach=surface.approach,
+            friction=friction,
+            motion=motion,
+            grid="auto" if sides is None else grid,
+            units=MM_N,
+        )
+        return ContactPatch(
+            location=frame.origin,
+            angle=tangent.angle,
+            frame=frame,
+            on_rail=on_rail,
+            on_wheel=on_wheel,
+            rolling_radius=rolling_radius,
+            creepage=creepage,
+            approach=surface.approach,
+            scene=scene,
+            seams=seams,
+        )
 
     def _friction(
         self,
@@ -298,16 +342,16 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
             return self.friction
         if inclination is None:
             below = rail.at(tangent.frame.origin[1] + grid.y * tangent.frame.axes[1, 1])
-            known = np.isfinite(below)
-            angles = np.interp(grid.y, grid.y[known], rail.angles(below[known]))
+            on_profile = np.isfinite(below)
+            angles = np.interp(grid.y, grid.y[on_profile], rail.angles(below[on_profile]))
         else:
             angles = tangent.angle + inclination
-        found = self.friction(-SIGN[self.side] * angles)
-        if np.ptp(found) == 0:
-            return float(found[0])
+        coefficients = self.friction(-SIGN[self.side] * angles)
+        if np.ptp(coefficients) == 0:
+            return float(coefficients[0])
         if not with_grid:
             raise SceneError("friction", None, message=VARIES)
-        return np.repeat(found[:, None], grid.nx, axis=1)
+        return np.repeat(coefficients[:, None], grid.nx, axis=1)
 
     def friction_at(self, angle: float) -> float:
         """The coefficient of friction at a contact `angle` [rad]: that of a fast theory, which has
@@ -325,9 +369,12 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
         """The wheel set as a rigid body with its axle at a height `z`, `pitching` or not: see
         `Velocity.body`.
         """
-        curve = self.track.curve_radius
         return self.velocity.body(
-            self.wheelset, self.position, z, pitching=pitching, curve_radius=curve
+            self.wheelset,
+            self.position,
+            z,
+            pitching=pitching,
+            curve_radius=self.track.curve_radius,
         )
 
     def on_wheel(self, point: np.ndarray, body: RigidBody) -> np.ndarray:
@@ -335,18 +382,27 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
         `body`: (y, z) [mm].
         """
         x, y, height = body.locally(point).T
-        return np.array(
-            [SIGN[self.side] * y - self.wheelset.middle, np.hypot(x, height) - self.wheelset.radius]
-        )
+        lateral = SIGN[self.side] * y - self.wheelset.middle
+        return np.array([lateral, np.hypot(x, height) - self.wheelset.radius])
 
     def creepage(self, frame: Frame, approach: float, z: float) -> Creepages:
         """Of the rail over the wheel in a `frame`, whose particle is in the rail by the `approach`;
         axle at `z`.
         """
-        body, carried = self.body(z), self.body(z, pitching=False)
+        body = self.body(z)
         particle = frame.globally(np.array([0.0, 0.0, approach]))
-        moving = carried.velocity_at(particle)
+        # contacts move with the wheel set, but do not turn about its axle
+        moving = self.body(z, pitching=False).velocity_at(particle)
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
         return creepages(
             self.track.rail_body(self.side), body, frame, frame_velocity=moving, at2=particle
         )
+
+
+def _at_arc_lengths(seams: Seams, surface: ReferenceSurface) -> Seams:
+    """Seams at the arc lengths of a curved surface."""
+    inside = np.isfinite(surface.lateral)
+    places = [y for y, _ in seams]
+    lengths = np.interp(places, surface.lateral[inside], surface.grid.y[inside]).tolist()
+    weights = [weight for _, weight in seams]
+    return tuple(zip(lengths, weights, strict=True))

@@ -81,7 +81,8 @@ class WheelOnRail(WheelGeometry):
     --------
     >>> from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
     >>> case = WheelOnRail(
-    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40),
+    ...     wheelset=WheelSet(wheel=Profile.s1002()),
     ...     position=Position(y=3.0), vertical_force=80e3)
     >>> patch, = case.patches(case.touching + 0.05)
     >>> print(f"y = {patch.on_rail[0]:.1f} mm on the rail, {patch.on_wheel[0]:.1f} mm on the wheel")

@@ -50,7 +50,7 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         Exactly one of the two: the load of the axle [N], or its height,
         downwards [mm].
     free : tuple of str
-        What is found from the balance of loads: "y" or "lateral" (velocity) by
+        Quantities found from the balance of loads: "y" or "lateral" (velocity) by
         the lateral force, "roll" by the roll moment, "yaw" or "yaw_rate" by the
         yaw moment, "pitch_rate" by the torque, or "speed" by the longitudinal
         force. All others are prescribed. "roll" and "pitch_rate" if not given:
@@ -75,11 +75,14 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
     --------
     >>> from varcontact.wheel_rail import Position, Profile, Track, WheelSet, WheelSetOnTrack
     >>> case = WheelSetOnTrack(
-    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40),
+    ...     wheelset=WheelSet(wheel=Profile.s1002()),
     ...     position=Position(y=3.0), vertical_force=160e3)
     >>> found = case.estimate()
-    >>> print(f"{found.left.force[2]:.0f} + {found.right.force[2]:.0f} N, roll {1e6 * found.position.roll:.0f} urad")
-    78266 + 81734 N, roll -168 urad
+    >>> print(f"{found.left.force[2]:.0f} + {found.right.force[2]:.0f} N")
+    78266 + 81734 N
+    >>> print(f"roll {1e6 * found.position.roll:.0f} urad")
+    roll -168 urad
     """
 
     free: tuple[str, ...] = ("roll", "pitch_rate")
@@ -165,10 +168,12 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         track = self.track
         for side in SIGN:
             if f"{side}_y" in values:
-                given = getattr(track, side)
-                y, z = given.y + values[f"{side}_y"], given.z + values[f"{side}_z"]
-                track = replace(track, **{side: replace(given, y=y, z=z)})
-        position, velocity = replace(self.position, **at), replace(self.velocity, **moving)
+                rail = getattr(track, side)
+                y = rail.y + values[f"{side}_y"]
+                z = rail.z + values[f"{side}_z"]
+                track = replace(track, **{side: replace(rail, y=y, z=z)})
+        position = replace(self.position, **at)
+        velocity = replace(self.velocity, **moving)
         return replace(self, track=track, position=position, velocity=velocity)
 
     @checks.named_options(lambda given: checks.options_of(WheelOnRail.solve))
@@ -206,7 +211,10 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
 
         budget = methods.get("time_budget")
         if budget is not None:
-            allowed = "left out: wheels are solved as often as the balance asks for; give accuracy, or dx and dy"
+            allowed = (
+                "left out: wheels are solved as often as the balance asks for; "
+                "give accuracy, or dx and dy"
+            )
             raise SceneError("time_budget", budget, allowed)
         return solve_wheel_set(self, checks.positive("tol", tol), certify, methods)
 

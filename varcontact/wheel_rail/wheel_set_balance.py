@@ -1,4 +1,4 @@
-"""Wheel sets whose loads are balanced: found by the fast way, and then with a few exact solutions.
+"""Balance of the loads of wheel sets: by the fast way, and then with a few exact solutions.
 
 Derivatives are the fast way's; Broyden's method corrects these from one exact solution to the next.
 """
@@ -26,12 +26,12 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
-NEAR = 1e-4
+CHOSEN_GRID_TOL = 1e-4
 """Least imbalance where grids are chosen for an accuracy, whose forces jump by a part of their
 error bars."""
 PRESSED = 0.02
-"""Step to a greater depth, by the depth, at which a wheel must be borne by more."""
-FLAT = 1e10
+"""Step to a greater depth, relative to the depth, at which the rail must bear more of a wheel."""
+LARGEST_CONDITION = 1e10
 """Condition of derivatives above which loads are not balanced by the unknowns."""
 ROUNDS = 20
 """Steps with exact solutions."""
@@ -43,19 +43,21 @@ class _Exact:
     """
 
     def __init__(self, methods: dict[str, Any], **entries: Any) -> None:
-        self._methods, self._entries = methods, entries
+        self._methods = methods
+        self._entries = entries
         self._last: dict[str, WheelRailSolution] = {}
 
     def __call__(self, wheel: WheelOnRail) -> WheelForces:
         before = self._last.get(wheel.side)
         wheel = replace(wheel, **self._entries)
-        # chosen once: forces jump where that changes
+        # curved or plane is chosen once: forces jump where that changes
         if before is not None and wheel.conformal == "auto":
             wheel = replace(wheel, conformal=before.case.conformal is True)
-        on_elements = wheel.dx is not None or wheel.dy is not None
+        methods = self._methods
         # grids that are chosen for an accuracy start afresh
-        start = {"start": before} if on_elements else {}
-        self._last[wheel.side] = wheel.solve(**start | self._methods)
+        if wheel.dx is not None or wheel.dy is not None:
+            methods = {"start": before} | methods
+        self._last[wheel.side] = wheel.solve(**methods)
         return self._last[wheel.side]
 
 
@@ -64,15 +66,17 @@ def solve_wheel_set(
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.solve`."""
     warn(doubts(case), stacklevel=4)
-    near = FastWay(kinetic=True)
-    balance, x = Search(case, near).found()
+    # the balance by the fast way
+    fast = FastWay(kinetic=True)
+    balance, x = Search(case, fast).found()
+    derivatives = _derivatives(balance, x, fast)
+    # exact solutions; grids that are chosen for an accuracy come last
     solvers = [_Exact(methods | {"certify": certify})]
     if x.size and case.dx is None and case.dy is None:
-        # grids that are chosen for an accuracy come last
-        tol = max(tol, NEAR)
-        usual = {name: value for name, value in methods.items() if name not in TARGETS}
-        solvers.insert(0, _Exact(usual, dx=ELEMENT, dy=ELEMENT))
-    derivatives, solved = _derivatives(balance, x, near), 0
+        tol = max(tol, CHOSEN_GRID_TOL)
+        on_usual_grid = {name: value for name, value in methods.items() if name not in TARGETS}
+        solvers.insert(0, _Exact(on_usual_grid, dx=ELEMENT, dy=ELEMENT))
+    solved = 0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for solver in solvers if x.size else ():
@@ -86,17 +90,17 @@ def solve_wheel_set(
     return found
 
 
-def _derivatives(balance: Balance, x: np.ndarray, near: FastWay) -> np.ndarray:
-    """Of the imbalance, by the fast way."""
+def _derivatives(balance: Balance, x: np.ndarray, fast: FastWay) -> np.ndarray:
+    """Derivatives of the imbalance, by the fast way."""
     columns = []
     for step in STEP * np.eye(x.size):
-        behind, ahead = (
-            balance.imbalance(balance.wheels(place, near)) for place in (x - step, x + step)
-        )
+        behind = balance.imbalance(balance.wheels(x - step, fast))
+        ahead = balance.imbalance(balance.wheels(x + step, fast))
         columns.append((ahead - behind) / (2 * STEP))
     derivatives = np.array(columns).reshape(x.size, x.size).T
-    if x.size and np.linalg.cond(derivatives) > FLAT:  # as where friction is saturated
-        missing = balance.imbalance(balance.wheels(x, near))
+    # as where friction is saturated
+    if x.size and np.linalg.cond(derivatives) > LARGEST_CONDITION:
+        missing = balance.imbalance(balance.wheels(x, fast))
         raise NotConverged(unbalanced(balance, missing), float(np.abs(missing).max()))
     return derivatives
 
@@ -104,7 +108,9 @@ def _derivatives(balance: Balance, x: np.ndarray, near: FastWay) -> np.ndarray:
 def _corrected(
     balance: Balance, x: np.ndarray, derivatives: np.ndarray, solver: Solver, tol: float
 ) -> tuple[np.ndarray, int]:
-    """The unknowns at which exact solutions are balanced, and how often both wheels were solved."""
+    """The unknowns at which exact solutions are balanced, and the number of solutions of both
+    wheels.
+    """
     solved = 0
 
     def imbalance(x: np.ndarray) -> np.ndarray:
@@ -122,42 +128,57 @@ def estimate_wheel_set(
     case: WheelSetOnTrack, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.estimate`."""
-    way = FastWay(normal, tangential, tuple(options.items()))
-    balance, x = Search(case, way).found()
-    found = _solution(balance, x, way, 0, None)
-    if found.imbalance > tol:
-        words = f"loads are balanced to {found.imbalance:.2g} only: forces of the fast way jump where patches join"
+    fast = FastWay(normal, tangential, tuple(options.items()))
+    balance, x = Search(case, fast).found()
+    estimate = _solution(balance, x, fast, 0, None)
+    if estimate.imbalance > tol:
+        words = (
+            f"loads are balanced to {estimate.imbalance:.2g} only: "
+            "forces of the fast way jump where patches join"
+        )
         warnings.warn(words, stacklevel=4)
-    return found
+    return estimate
 
 
 def _solution(
     balance: Balance, x: np.ndarray, solver: Solver, solved: int, inverse: np.ndarray | None
 ) -> WheelSetSolution:
-    """The wheels at the balance; errors of forces there are errors of what was found."""
-    case, wheels = balance.case, balance.wheels(x, solver)
+    """The wheels at the balance; errors of forces there are errors of the unknowns."""
+    case = balance.case
+    wheels = balance.wheels(x, solver)
     for each in wheels:
         if each.case.touching >= each.z:
-            if "roll" not in case.free:
-                roll = case.position.roll
-                reason = f"with roll = {roll:.4g} the {each.case.side} wheel is above its rail; add roll to free"
-                raise SceneError("position.roll", roll, message=reason)
-            reason = (
-                f"the loads lift the {each.case.side} wheel off its rail: no position bears them"
-            )
-            raise SceneError("roll_moment", case.roll_moment, message=reason)
-        deeper = replace(each.case, z=each.z + PRESSED * balance.depth)
-        near = FastWay(kinetic=True)
-        if near(deeper).force[2] < near(each.case).force[2]:
-            reason = f"the {each.case.side} wheel is wedged: friction lifts it when pressed in; give another position"
-            raise SceneError("position.y", each.case.position.y, message=reason)
-    missed = float(np.abs(balance.imbalance(wheels)).max(initial=0.0))
-    errors = (
-        balance.errors(*wheels, inverse)
-        if inverse is not None
-        else dict.fromkeys(balance.names, math.nan)
-    )
+            raise _above_rail(case, each.case)
+        _check_pressed(each, PRESSED * balance.depth)
+    imbalance = float(np.abs(balance.imbalance(wheels)).max(initial=0.0))
     left, right = wheels
+    errors = dict.fromkeys(balance.names, math.nan)
+    if inverse is not None:
+        errors = balance.errors(left, right, inverse)
     return WheelSetSolution(
-        case, left.z, left.patches + right.patches, left, right, missed, solved, errors
+        case, left.z, left.patches + right.patches, left, right, imbalance, solved, errors
     )
+
+
+def _above_rail(case: WheelSetOnTrack, wheel: WheelOnRail) -> SceneError:
+    """The error of a wheel that does not touch its rail at the balance."""
+    if "roll" not in case.free:
+        roll = case.position.roll
+        reason = (
+            f"with roll = {roll:.4g} the {wheel.side} wheel is above its rail; add roll to free"
+        )
+        return SceneError("position.roll", roll, message=reason)
+    reason = f"the loads lift the {wheel.side} wheel off its rail: no position bears them"
+    return SceneError("roll_moment", case.roll_moment, message=reason)
+
+
+def _check_pressed(wheel: WheelForces, step: float) -> None:
+    """Refuse a wheel on which the vertical force falls as it is pressed in by a step [mm]."""
+    deeper = replace(wheel.case, z=wheel.z + step)
+    fast = FastWay(kinetic=True)
+    if fast(deeper).force[2] < fast(wheel.case).force[2]:
+        reason = (
+            f"the {wheel.case.side} wheel is wedged: friction lifts it when pressed in; "
+            "give another position"
+        )
+        raise SceneError("position.y", wheel.case.position.y, message=reason)
