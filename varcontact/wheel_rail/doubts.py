@@ -76,7 +76,7 @@ def _coarse_elements(solved: PatchSolution) -> Iterator[str]:
             )
 
 
-def _conformal_contact(case: WheelOnRail, solved: PatchSolution) -> Iterator[str]:
+def _conformal_contact(case: WheelGeometry, solved: PatchSolution) -> Iterator[str]:
     """Sentences on profiles whose radius of curvature is small beside a patch."""
     for kind, radius in too_wide(case, solved).items():
         yield (
