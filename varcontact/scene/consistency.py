@@ -15,12 +15,13 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
+from varcontact.scene.carried import Carried
 from varcontact.scene.friction import FrictionBound, Law, StaticKinetic, coefficient
 from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
-from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
 _Problem = tuple[
     int | None, tuple[float | None, float | None], Any, Steady | Shift | TimeStep | None
 ]
-"""What a scene poses, itself or in a step of its history: step, normal force and approach,
-friction, motion."""
+"""A problem of a scene, or of a step of its history: step, normal force and approach, friction,
+motion."""
 
 
 def check_classes(scene: Scene) -> None:
@@ -76,17 +77,22 @@ def _problems(scene: Scene) -> Iterator[_Problem]:
     motion = scene.motion
     own = scene.normal_force, scene.approach
     if not isinstance(motion, Transient):
-        motion = motion.free_rolling if isinstance(motion, Harmonic) else motion
+        if isinstance(motion, Harmonic):
+            motion = motion.free_rolling
         yield None, own, scene.friction, motion
         return
-    for k in range(1 if motion.repeats else motion.steps):
-        load, friction = (
-            (motion.of("normal_force", k), motion.of("approach", k)),
-            motion.of("friction", k),
-        )
+    different_steps = motion.steps
+    if motion.repeats:
+        different_steps = 1
+    for k in range(different_steps):
+        load = motion.of("normal_force", k), motion.of("approach", k)
+        if load == (None, None):
+            load = own
+        friction = motion.of("friction", k)
+        if friction is None:
+            friction = scene.friction
         # Without dq a step is as long as an element, which no rule depends on.
-        friction = scene.friction if friction is None else friction
-        yield k, own if load == (None, None) else load, friction, motion.step(k, dx=1.0)
+        yield k, load, friction, motion.step(k, dx=1.0)
 
 
 def _check_load(scene: Scene, problems: list[_Problem]) -> None:
@@ -108,15 +114,26 @@ def _check_load(scene: Scene, problems: list[_Problem]) -> None:
         raise SceneError(
             "surface", scene.surface, "Paraboloids, or an Ellipse with the scene's own normal_force"
         )
-    least = float(scene.surface.h.min()) if isinstance(scene.surface, SampledDistance) else 0.0
-    apart = scene.approach is not None and scene.approach <= least
-    if apart and not isinstance(scene.motion, TimeStep | Transient):
-        raise bodies_apart(scene.approach, least)
+    # in a history a step may be without contact
+    if scene.approach is not None and not isinstance(scene.motion, TimeStep | Transient):
+        _check_approach(scene, scene.approach)
+
+
+def _check_approach(scene: Scene, approach: float) -> None:
+    """An approach brings the bodies into contact."""
+    least = 0.0
+    if isinstance(scene.surface, SampledDistance):
+        least = float(scene.surface.h.min())
+    if approach <= least:
+        raise bodies_apart(approach, least)
 
 
 def bodies_apart(approach: float | None, least: float) -> NoContact:
     """The error for an approach that leaves the bodies apart."""
-    message = f"approach = {approach:.6g} gives no contact: it must exceed the least undeformed distance, {least:.6g}"
+    message = (
+        f"approach = {approach:.6g} gives no contact: "
+        f"it must exceed the least undeformed distance, {least:.6g}"
+    )
     return NoContact("approach", approach, message=message)
 
 
@@ -139,7 +156,7 @@ def _check_harmonic(scene: Scene) -> None:
 
 
 def check_linear(scene: Scene) -> None:
-    """What the problem cannot be linearised with."""
+    """Refuse a problem that cannot be linearised."""
     if scene.third_body is not None and scene.third_body.yields:
         allowed = "inf: linearised are layers that do not yield"
         raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)
@@ -153,65 +170,83 @@ def _check_speed(scene: Scene) -> None:
     """Viscoelastic bodies roll steadily at a speed, or step by step in time; no other contact
     depends on either.
     """
-    motion, relaxes, thermal = scene.motion, scene.bodies.relaxes, scene.thermal is not None
-    name, what = (
-        ("dt", "the time of a step")
-        if isinstance(motion, TimeStep | Transient)
-        else ("speed", "the speed")
-    )
-    given = getattr(motion, name, None)
-    if not isinstance(motion, Steady | TimeStep | Transient) and (
-        relaxes or (thermal and motion is not None)
-    ):
+    motion = scene.motion
+    relaxes = scene.bodies.relaxes
+    thermal = scene.thermal is not None
+    needs_time = relaxes or (thermal and motion is not None)
+    if needs_time and not isinstance(motion, Steady | TimeStep | Transient):
         allowed = "Steady(speed=...) or Transient(dt=...), with friction = 0 if need be"
         raise SceneError(
             "motion", motion, f"{allowed}: viscoelastic bodies and temperatures need time"
         )
-    several = isinstance(scene.bodies, BodyPair) and scene.bodies.of_several_solids
-    if several and not (scene.line and isinstance(motion, Steady)):
+    several_solids = isinstance(scene.bodies, BodyPair) and scene.bodies.of_several_solids
+    if several_solids and not (scene.line and isinstance(motion, Steady)):
         allowed = (
             "of one solid (relaxations of the whole body), or in steady rolling in line contact"
         )
         raise SceneError("bodies.layers", scene.bodies, allowed)
-    if motion is None:
+    if isinstance(motion, Steady):
+        _check_time(scene, "motion.speed", "the speed", motion.speed)
+    if isinstance(motion, TimeStep | Transient):
+        _check_time(scene, "motion.dt", "the time of a step", motion.dt)
+
+
+def _check_time(scene: Scene, field: str, meaning: str, value: Any) -> None:
+    """Speed or times of steps are given where bodies relax or warm, and there only."""
+    thermal = scene.thermal is not None
+    if not scene.bodies.relaxes and not thermal:
+        if value is not None:
+            allowed = (
+                f"left out: nothing depends on {meaning} "
+                "unless bodies are Viscoelastic, or thermal is given"
+            )
+            raise SceneError(field, value, allowed)
         return
-    if given is None and (relaxes or thermal):
+    if value is None:
         raise SceneError(
-            f"motion.{name}", None, f"given: viscoelastic bodies and temperatures depend on {what}"
+            field, None, f"given: viscoelastic bodies and temperatures depend on {meaning}"
         )
-    if thermal and not np.all(np.asarray(given) > 0):
-        raise SceneError(f"motion.{name}", given, "positive: heat takes time")
-    if given is not None and not (relaxes or thermal):
-        allowed = f"left out: nothing depends on {what} unless bodies are Viscoelastic, or thermal is given"
-        raise SceneError(f"motion.{name}", given, allowed)
+    if thermal and not np.all(np.asarray(value) > 0):
+        raise SceneError(field, value, "positive: heat takes time")
 
 
 def _check_surfaces(scene: Scene) -> None:
     """Line contact, and nothing else, has no rows, and no spin; surfaces of a history are alike,
     and on a plane.
     """
-    grid, motion = scene.grid, scene.motion
+    grid = scene.grid
     if isinstance(grid, Grid) and grid.line and not scene.line:
         raise SceneError("grid.ny", None, "given: only line contact has no rows")
     for name in ("spin", "rotation"):
-        turns = np.atleast_1d(getattr(motion, name, 0.0))
+        turns = np.atleast_1d(getattr(scene.motion, name, 0.0))
         if scene.line and np.any(turns != 0):
-            given = float(turns[turns != 0][0])
+            first = float(turns[turns != 0][0])
             raise SceneError(
-                f"motion.{name}", given, "0 in line contact, where nothing depends on y"
+                f"motion.{name}", first, "0 in line contact, where nothing depends on y"
             )
     for surface in scene.surfaces:
-        if (
-            surface.line != scene.line
-            or getattr(surface, "reference_depth", None) != scene.reference_depth
-        ):
+        if surface.line != scene.line or depth_of(surface) != scene.reference_depth:
             allowed = "as the scene's surface: line contact with the same reference_depth, or none"
             raise SceneError("motion.surface", surface, allowed)
-    if not any(
-        getattr(surface, "inclination", None) is not None
-        for surface in (scene.surface, *scene.surfaces)
-    ):
-        return
+    if any(is_curved(surface) for surface in (scene.surface, *scene.surfaces)):
+        _check_conformal(scene)
+
+
+def depth_of(surface: Surface) -> float | None:
+    """The depth from which displacements count, where a surface of line contact has one."""
+    if isinstance(surface, Cylinders | SampledDistance):
+        return surface.reference_depth
+    return None
+
+
+def is_curved(surface: Surface) -> bool:
+    """The reference surface is curved: the contact is conformal."""
+    return isinstance(surface, SampledDistance) and surface.inclination is not None
+
+
+def _check_conformal(scene: Scene) -> None:
+    """Conformal contact has no history, and no prescribed lateral force."""
+    motion = scene.motion
     if isinstance(motion, TimeStep | Transient):
         raise SceneError(
             "motion",
@@ -226,14 +261,15 @@ def _check_surfaces(scene: Scene) -> None:
 
 
 def why_centres(scene: Scene) -> str:
-    """Why elements at the contact's edge cannot count in part: what must be known of it; empty
-    where they can.
-    """
+    """The reason why elements at the contact's edge cannot count in part; empty where they can."""
     if scene.coupled and not scene.frictionless:
-        how = "conformal" if scene.conformal else f"unlike ({scene.difference})"
-        return f"is for a pressure that tractions do not change, and the bodies are {how}"
+        kind = f"unlike ({scene.difference})"
+        if scene.conformal:
+            kind = "conformal"
+        return f"is for a pressure that tractions do not change, and the bodies are {kind}"
+    heights = isinstance(scene.motion, Transient) and scene.motion.heights
     samples = [each for each in scene.surfaces if isinstance(each, SampledDistance)]
-    if getattr(scene.motion, "heights", ()) or any(each.x is None for each in samples):
+    if heights or any(each.x is None for each in samples):
         return "needs distances on parts of the elements, and samples without coordinates have none"
     return ""
 
@@ -243,7 +279,6 @@ def _check_friction(scene: Scene, problems: list[_Problem]) -> None:
     that rolls.
     """
     for k, _, friction, motion in problems:
-        law = friction if isinstance(friction, Law) else None
         if motion is not None and friction is None:
             raise SceneError(
                 "friction", None, "given: a motion needs a number, inf, a law, or an array"
@@ -254,81 +289,135 @@ def _check_friction(scene: Scene, problems: list[_Problem]) -> None:
                 friction,
                 "a number, a law or an array: what particles carry needs Transient",
             )
-        if law is not None and law.warm and scene.thermal is None:
-            raise SceneError("friction", law, "a law by slip: temperatures need thermal data")
-        for factor in law.factors if isinstance(law, FrictionLaw) else ():
+        if isinstance(friction, Law):
+            rolls = k is None or motion is None or motion.rolls != 0
+            _check_law(scene, friction, k, rolls)
+    _check_start_of_warm(scene)
+
+
+def _check_law(scene: Scene, law: Law, k: int | None, rolls: bool) -> None:
+    """Thermal data, factors on the grid, and a rolling step (of the number k) for slip velocity,
+    where a law needs them.
+    """
+    if law.warm and scene.thermal is None:
+        raise SceneError("friction", law, "a law by slip: temperatures need thermal data")
+    if isinstance(law, FrictionLaw):
+        for factor in law.factors:
             if isinstance(factor, np.ndarray):
                 _check_on_grid(scene, "friction.factors", factor)
-        falls = law is not None and not isinstance(
-            law, StaticKinetic | TemperatureFalling | PressureFalling
+    if rolls or isinstance(law, StaticKinetic | TemperatureFalling | PressureFalling):
+        return
+    field = "motion.friction"
+    if law is scene.friction:
+        field = "friction"
+    allowed = (
+        f"a law without slip velocity, as StaticKinetic: step {k} does not roll (motion.dq = 0)"
+    )
+    raise SceneError(field, law, allowed)
+
+
+def _check_start_of_warm(scene: Scene) -> None:
+    """Friction by temperature starts from bodies without tractions, or from steady rolling at a
+    speed.
+    """
+    if not scene.warm or not isinstance(scene.motion, Transient):
+        return
+    start = scene.motion.start
+    if start is not None and start.scene.speed is None and start.traction.any():
+        allowed = (
+            "in steady rolling with a speed, or left out: "
+            "friction depends on all that heated the bodies before"
         )
-        if falls and k is not None and motion is not None and motion.rolls == 0:
-            field = "friction" if law is scene.friction else "motion.friction"
-            allowed = f"a law without slip velocity, as StaticKinetic: step {k} does not roll (motion.dq = 0)"
-            raise SceneError(field, law, allowed)
-    start = scene.motion.start if isinstance(scene.motion, Transient) else None
-    if scene.warm and start is not None and start.scene.speed is None and start.traction.any():
-        allowed = "in steady rolling with a speed, or left out: friction depends on all that heated the bodies before"
         raise SceneError("motion.start", type(start.motion).__name__, allowed)
 
 
 def _check_by_element(scene: Scene) -> None:
-    """What is given element by element lies on the scene's own grid, and rules of that grid."""
-    grid, motion, relaxes = scene.grid, scene.motion, scene.bodies.relaxes
-    allowed = '"centres"' if relaxes else '"centres" or "touched"'
-    if isinstance(motion, Transient | TimeStep) and f'"{scene.edge}"' not in allowed:
-        # what elements at the edge give way is no displacement that particles could carry along to
-        # the next step
-        kind = "of viscoelastic bodies" if relaxes else "of steps"
-        raise SceneError("grid.edge", scene.edge, f"{allowed} in a history {kind}")
+    """Values by element lie on the scene's own grid, and rules of that grid."""
+    motion = scene.motion
+    if isinstance(motion, Transient | TimeStep):
+        _check_edge_of_history(scene)
     if isinstance(scene.friction, np.ndarray):
-        _check_on_grid(scene, "friction", scene.friction)
-        for each in (
-            scene.friction.min(),
-            scene.friction.max(),
-            *scene.friction[scene.friction > 0][:1],
-        ):
+        friction = scene.friction
+        _check_on_grid(scene, "friction", friction)
+        for each in (friction.min(), friction.max(), *friction[friction > 0][:1]):
             coefficient("friction", float(each))
     for surface in scene.surfaces:
-        if isinstance(surface, SampledDistance) and surface.x is None:
-            _check_on_grid(scene, "surface.h", surface.samples)
-        elif isinstance(surface, SampledDistance) and relaxes and isinstance(motion, Transient):
-            allowed = "left out: in a history of viscoelastic bodies samples lie on the grid"
-            raise SceneError("surface.x", "given", allowed)
+        if isinstance(surface, SampledDistance):
+            _check_samples(scene, surface)
     if isinstance(motion, Steady) and motion.rigid_slip is not None:
-        name, given = "motion.rigid_slip", motion.rigid_slip.shape
-        if not isinstance(scene.surface, SampledDistance):
-            raise SceneError(
-                name, given, "left out: it is given at the samples of a SampledDistance"
-            )
-        if given != (2, *scene.surface.samples.shape):
-            raise checks.wrong_shape(
-                name, given, f"(2, ny, nx) = {(2, *scene.surface.samples.shape)}"
-            )
-    for each in motion.heights if isinstance(motion, Transient) else ():
-        if isinstance(scene.surface, Ellipse):
-            raise SceneError(
-                "surface", scene.surface, "Paraboloids, where motion.carried has heights"
-            )
-        if scene.line and each.y is not None:
-            raise SceneError(
-                "carried.y", each.y, "left out in line contact, where nothing depends on y"
-            )
-        step = grid.sides[0] if isinstance(grid, Grid) and grid.explicit else 0.0
-        if each.period is not None and each.period < 2 * step:
-            allowed = f"at least two elements, {2 * step:.6g}, or shorter elements"
-            raise SceneError("carried.period", each.period, allowed)
+        _check_rigid_slip(scene, motion.rigid_slip.shape)
+    if isinstance(motion, Transient):
+        for heights in motion.heights:
+            _check_heights(scene, heights)
 
 
-def _check_on_grid(scene: Scene, field: str, values: Any) -> None:
-    entries = "nx, dx, x0" if scene.line else "nx, ny, dx, dy, x0, y0"
+def _check_edge_of_history(scene: Scene) -> None:
+    """Elements at the edge are not softened in a history: particles cannot carry along to the next
+    step how far they give way.
+    """
+    edges = ['"centres"']
+    kind = "of viscoelastic bodies"
+    if not scene.bodies.relaxes:
+        edges.append('"touched"')
+        kind = "of steps"
+    if f'"{scene.edge}"' not in edges:
+        raise SceneError("grid.edge", scene.edge, f"{' or '.join(edges)} in a history {kind}")
+
+
+def _check_samples(scene: Scene, surface: SampledDistance) -> None:
+    """Samples without coordinates lie on the grid, and so do all in a history of viscoelastic
+    bodies.
+    """
+    if surface.x is None:
+        _check_on_grid(scene, "surface.h", surface.samples)
+    elif scene.bodies.relaxes and isinstance(scene.motion, Transient):
+        allowed = "left out: in a history of viscoelastic bodies samples lie on the grid"
+        raise SceneError("surface.x", "given", allowed)
+
+
+def _check_rigid_slip(scene: Scene, shape: tuple[int, ...]) -> None:
+    """The rigid slip has a value at each sample of a `SampledDistance`."""
+    name = "motion.rigid_slip"
+    if not isinstance(scene.surface, SampledDistance):
+        raise SceneError(name, shape, "left out: it is given at the samples of a SampledDistance")
+    expected = (2, *scene.surface.samples.shape)
+    if shape != expected:
+        raise checks.wrong_shape(name, shape, f"(2, ny, nx) = {expected}")
+
+
+def _check_heights(scene: Scene, heights: Carried) -> None:
+    """Carried heights go with surface, dimension and elements of the scene."""
+    if isinstance(scene.surface, Ellipse):
+        raise SceneError("surface", scene.surface, "Paraboloids, where motion.carried has heights")
+    if scene.line and heights.y is not None:
+        raise SceneError(
+            "carried.y", heights.y, "left out in line contact, where nothing depends on y"
+        )
+    dx = 0.0
+    if isinstance(scene.grid, Grid) and scene.grid.explicit:
+        dx = scene.grid.sides[0]
+    if heights.period is not None and heights.period < 2 * dx:
+        allowed = f"at least two elements, {2 * dx:.6g}, or shorter elements"
+        raise SceneError("carried.period", heights.period, allowed)
+
+
+def _check_on_grid(scene: Scene, field: str, values: np.ndarray) -> None:
+    """An array by element has the shape of an explicit grid."""
     grid = scene.grid
     if not (isinstance(grid, Grid) and grid.explicit):
+        entries = "nx, dx, x0"
+        if not scene.line:
+            entries = "nx, ny, dx, dy, x0, y0"
         raise SceneError("grid", grid, f"explicit ({entries}), as {field} is given on it")
-    if values.shape != grid.shape:
-        allowed = f"(nx,) = ({grid.nx},)" if scene.line else f"(ny, nx) = {grid.shape}"
-        given = values.shape[1:] if scene.line and values.shape[0] == 1 else values.shape
-        raise checks.wrong_shape(field, given, f"of the grid's shape {allowed}")
+    if values.shape == grid.shape:
+        return
+    shape = values.shape
+    allowed = f"(ny, nx) = {grid.shape}"
+    if scene.line:
+        allowed = f"(nx,) = ({grid.nx},)"
+        if shape[0] == 1:
+            shape = shape[1:]
+    raise checks.wrong_shape(field, shape, f"of the grid's shape {allowed}")
 
 
 def _check_depth(scene: Scene, problems: list[_Problem]) -> None:
@@ -340,47 +429,68 @@ def _check_depth(scene: Scene, problems: list[_Problem]) -> None:
     """
     motion = scene.motion
     if scene.bodies.grounded and scene.reference_depth is not None:
-        allowed = "left out: the bodies rest on bases that do not move, and displacements count from there"
+        allowed = (
+            "left out: the bodies rest on bases that do not move, "
+            "and displacements count from there"
+        )
         raise SceneError("surface.reference_depth", scene.reference_depth, allowed)
     if not scene.shift_undetermined or isinstance(motion, TimeStep):
         return
     for k, (_, approach), _, _ in problems:
         if approach is not None and scene.approach_undetermined:
-            where = f" of step {k}" if k is not None else ""
-            raise _depth_for(scene, f"the approach{where}", "a normal force")
-    if not isinstance(motion, Shift | Transient):
-        return
-    start = motion.start if isinstance(motion, Transient) else None
-    for i, (force, shift) in enumerate({"Fx": "ux", "Fy": "uy"}.items()):
-        moves = i == 0 and scene.coupled and not scene.frictionless
-        moves |= start is not None and bool(
-            np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max())
-        )
-        moves |= any(
-            getattr(step, force) or (step is not None and step.rigid[i])
-            for _, _, _, step in problems
-        )
-        for k, _, _, step in problems:
-            if moves and getattr(step, force) is None:
-                what = f"motion.{shift}" if k is None else f"step {k}, without motion.{force},"
-                raise _depth_for(
-                    scene, what, f"motion.{force}" + " in every step" * (k is not None)
-                )
+            entry = "the approach"
+            if k is not None:
+                entry += f" of step {k}"
+            raise _depth_for(scene, entry, "a normal force")
+    if isinstance(motion, Shift | Transient):
+        for i in (0, 1):
+            if _moves(scene, problems, i):
+                _check_depth_along(scene, problems, i)
 
 
-def _depth_for(scene: Scene, what: str, instead: str) -> SceneError:
+def _moves(scene: Scene, problems: list[_Problem], i: int) -> bool:
+    """Anything moves along the direction i (0: x, 1: y) in a shift or history."""
+    if i == 0 and scene.coupled and not scene.frictionless:
+        return True
+    if isinstance(scene.motion, Transient) and scene.motion.start is not None:
+        start = scene.motion.start
+        if np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()):
+            return True
+    motions = [motion for _, _, _, motion in problems if motion is not None]
+    return any((motion.Fx, motion.Fy)[i] or motion.rigid[i] for motion in motions)
+
+
+def _check_depth_along(scene: Scene, problems: list[_Problem], i: int) -> None:
+    """The force along the direction i is prescribed in each problem, where no depth is given."""
+    force = ("Fx", "Fy")[i]
+    for k, _, _, motion in problems:
+        if motion is None or (motion.Fx, motion.Fy)[i] is not None:
+            continue
+        if k is None:
+            raise _depth_for(scene, f"motion.{('ux', 'uy')[i]}", f"motion.{force}")
+        raise _depth_for(
+            scene, f"step {k}, without motion.{force},", f"motion.{force} in every step"
+        )
+
+
+def _depth_for(scene: Scene, entry: str, instead: str) -> SceneError:
+    """The error for an entry that needs a depth to count from."""
     if scene.bodies.slides:
-        message = f"{what} has no meaning where a body slides on a smooth base. Prescribe {instead}"
+        message = (
+            f"{entry} has no meaning where a body slides on a smooth base. Prescribe {instead}"
+        )
         return SceneError("bodies.base", "smooth", message=message)
-    needs = f"{what} needs surface.reference_depth: in line contact displacements are measured from a depth"
-    return SceneError(
-        "surface.reference_depth", None, message=f"{needs}. Give the depth, or prescribe {instead}"
+    message = (
+        f"{entry} needs surface.reference_depth: in line contact displacements are measured "
+        f"from a depth. Give the depth, or prescribe {instead}"
     )
+    return SceneError("surface.reference_depth", None, message=message)
 
 
 def _check_third_body(scene: Scene) -> None:
-    """One that softens has a history, one that yields friction to slip at last."""
-    layer, motion = scene.third_body, scene.motion
+    """A layer that softens has a history; friction on one that yields lets it slip at last."""
+    layer = scene.third_body
+    motion = scene.motion
     if layer is None:
         return
     if layer.k_tau < 0 and isinstance(motion, Steady):
@@ -390,10 +500,9 @@ def _check_third_body(scene: Scene) -> None:
         raise SceneError("third_body.k_tau", layer.k_tau, allowed)
     if layer.yields and scene.no_slip:
         raise SceneError("friction", math.inf, "finite with a third_body that yields")
-    second_order = (
-        scene.edge == "softened"
-        or getattr(motion, "slip_difference", "first-order") != "first-order"
-    )
+    second_order = scene.edge == "softened"
+    if isinstance(motion, Steady | Harmonic) and motion.slip_difference != "first-order":
+        second_order = True
     if second_order and layer.k_tau != 0:
         raise SceneError(
             "third_body.k_tau",

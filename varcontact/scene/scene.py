@@ -29,10 +29,10 @@ from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency, plausibility
 from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
 from varcontact.scene.friction import FrictionBound, Law, coefficient
-from varcontact.scene.grid import Grid, usual_grid
+from varcontact.scene.grid import Edge, Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
-from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface
+from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 from varcontact.system.process import lazy_property
@@ -114,8 +114,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=24, ny=24))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3),
+    ...     grid=vc.Grid(nx=24, ny=24))
     >>> print(f"{scene.hertz.a * 1e3:.2f} x {scene.hertz.b * 1e3:.2f} mm")
     7.35 x 5.53 mm
     """
@@ -153,24 +154,23 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         set_ = object.__setattr__
         set_(self, "bodies", as_bodies(self.bodies))
         thermal: Any = self.thermal
-        if thermal is not None:
-            set_(
-                self,
-                "thermal",
-                tuple(thermal) if isinstance(thermal, list | tuple) else (thermal, thermal),
-            )
+        if isinstance(thermal, list | tuple):
+            set_(self, "thermal", tuple(thermal))
+        elif thermal is not None:
+            set_(self, "thermal", (thermal, thermal))
         consistency.check_classes(self)
         super().__post_init__()
         if self.normal_force is not None:
-            check = checks.at_least_zero if isinstance(self.motion, TimeStep) else checks.positive
+            check = checks.positive
+            if isinstance(self.motion, TimeStep):  # a step may be without contact
+                check = checks.at_least_zero
             set_(self, "normal_force", check("normal_force", self.normal_force))
         if checks.is_array(self.friction):
-            dimensions = (1, 2) if self.line else (2,)  # in line contact also one row
-            set_(
-                self,
-                "friction",
-                np.atleast_2d(checks.array("friction", self.friction, *dimensions)),
-            )
+            dimensions = [2]
+            if self.line:
+                dimensions = [1, 2]
+            friction = checks.array("friction", self.friction, *dimensions)
+            set_(self, "friction", np.atleast_2d(friction))
         elif self.friction is not None:
             set_(self, "friction", coefficient("friction", self.friction))
         if self.line and isinstance(self.grid, Grid) and not self.grid.line:
@@ -181,64 +181,66 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def line(self) -> bool:
-        """Whether it is a line contact, in plane strain."""
+        """True for a line contact, in plane strain."""
         return self.surface.line
 
     @property
     def conformal(self) -> bool:
-        """Whether the bodies meet on a curved surface, see `SampledDistance`."""
-        return isinstance(self.surface, SampledDistance) and self.surface.inclination is not None
+        """True where the bodies meet on a curved surface, see `SampledDistance`."""
+        return consistency.is_curved(self.surface)
 
     @property
     def coupled(self) -> bool:
-        """Whether pressure and tractions depend on each other: of unlike bodies, and in conformal
-        contact.
+        """True where pressure and tractions depend on each other: of unlike bodies, and in
+        conformal contact.
         """
         return self.bodies.coupled or self.conformal
 
     @property
     def difference(self) -> str:
-        """Why pressure and tractions are coupled or not."""
+        """The reason why pressure and tractions are coupled or not."""
         if self.conformal:
             return "a curved reference surface"
         if isinstance(self.bodies, Bodies):
             return f"K = {self.bodies.K:.3g}"
-        return "of different materials" if self.bodies.coupled else "alike"
+        if self.bodies.coupled:
+            return "of different materials"
+        return "alike"
 
     @property
     def reference_depth(self) -> float | None:
         """The depth from which displacements count in line contact, where it is given."""
-        return (
-            self.surface.reference_depth
-            if isinstance(self.surface, (Cylinders, SampledDistance))
-            else None
-        )
+        return consistency.depth_of(self.surface)
 
     @property
     def speed(self) -> float | None:
         """Rolling velocity, where something depends on it."""
-        return self.motion.speed if isinstance(self.motion, Steady) else None
+        if isinstance(self.motion, Steady):
+            return self.motion.speed
+        return None
 
     @property
     def approach_undetermined(self) -> bool:
-        """Whether the approach is known but for a constant: in line contact without a depth or
+        """True where the approach is known but for a constant: in line contact without a depth or
         bases at rest.
         """
         return self.line and self.reference_depth is None and not self.bodies.grounded
 
     @property
     def shift_undetermined(self) -> bool:
-        """Whether tangential displacements are known but for a constant: as the approach, and on a
-        smooth base.
+        """True where tangential displacements are known but for a constant: as the approach, and on
+        a smooth base.
         """
         return self.approach_undetermined or self.bodies.slides
 
     @property
     def edge(self) -> str:
-        """Which elements at the contact's edge belong to it, see `Grid`; "centres" where the grid
-        is "auto".
+        """The elements at the contact's edge that belong to it, see `Grid`; "centres" where the
+        grid is "auto".
         """
-        return self.grid.edge if isinstance(self.grid, Grid) else "centres"
+        if isinstance(self.grid, Grid):
+            return self.grid.edge
+        return "centres"
 
     def second_order(self) -> Scene:
         """The same steady rolling, discretised for accurate forces on coarse
@@ -261,8 +263,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         Examples
         --------
         >>> import varcontact as vc
-        >>> scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0,
-        ...                  friction=0.3, motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=16, ny=16))
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0,
+        ...     friction=0.3, motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=16, ny=16))
         >>> print(f"{vc.solve(scene).force[0]:.4f} {vc.solve(scene.second_order()).force[0]:.4f}")
         -0.1743 -0.1659
         """
@@ -270,16 +273,22 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             raise SceneError(
                 "motion", self.motion, "Steady: only its slip is a difference in space"
             )
-        grid = self.grid if isinstance(self.grid, Grid) else usual_grid(self.line)
-        grid = replace(grid, edge="centres" if consistency.why_centres(self) else "softened")
-        return replace(self, motion=self.motion.second_order(), grid=grid)
+        grid = usual_grid(self.line)
+        if isinstance(self.grid, Grid):
+            grid = self.grid
+        edge: Edge = "softened"
+        if consistency.why_centres(self):
+            edge = "centres"
+        return replace(self, motion=self.motion.second_order(), grid=replace(grid, edge=edge))
 
     @lazy_property
     def hertz(self) -> HertzContact | None:
         """Hertz's solution where surface, bodies and load allow it, else None; a line contact has
         an infinite b.
         """
-        bodies, surface, approach = self.bodies, self.surface, self.approach
+        bodies = self.bodies
+        surface = self.surface
+        approach = self.approach
         if not isinstance(bodies, Bodies) or isinstance(surface, SampledDistance):
             return None
         if not self.normal_force and (approach is None or approach <= 0):
@@ -289,12 +298,20 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             return hertz(surface.Rx, surface.Ry, bodies, **load)
         if isinstance(surface, Ellipse):
             return hertz_ellipse(surface.a, surface.b, bodies, **load)
-        R, depth = surface.R, surface.reference_depth
-        contact = line_contact(R, bodies, **load, depth=depth)
-        if approach is None:
-            approach = math.nan if depth is None else contact.approach(depth)
+        depth = surface.reference_depth
+        contact = line_contact(surface.R, bodies, **load, depth=depth)
+        if approach is None and depth is None:
+            approach = math.nan
+        elif approach is None:
+            approach = contact.approach(depth)
         return HertzContact(
-            contact.a, math.inf, approach, contact.force, contact.peak_pressure, R, math.inf
+            a=contact.a,
+            b=math.inf,
+            approach=approach,
+            force=contact.force,
+            peak_pressure=contact.peak_pressure,
+            Rx=surface.R,
+            Ry=math.inf,
         )
 
     @property
@@ -302,26 +319,25 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         """The different coefficients of friction, of which a history has several."""
         if not isinstance(self.motion, Transient):
             return [self.friction]
-        return list(
-            {
-                id(f): self.friction if f is None else f for f in self.motion.every("friction")
-            }.values()
-        )
+        different = {id(friction): friction for friction in self.motion.every("friction")}
+        if id(None) in different:
+            different[id(None)] = self.friction
+        return list(different.values())
 
     @property
     def under_law(self) -> bool:
-        """Whether the coefficient of friction follows a law, in some step where it is a history."""
+        """True where the coefficient of friction follows a law, in some step of a history."""
         return any(isinstance(f, Law) for f in self.frictions)
 
     @property
     def warm(self) -> bool:
-        """Whether friction depends on the temperature of the surfaces."""
+        """True where friction depends on the temperature of the surfaces."""
         return any(isinstance(f, Law) and f.warm for f in self.frictions)
 
     @property
     def hardens(self) -> bool:
-        """Whether a third body hardens in steady rolling, where its yield stress depends on the
-        whole solution.
+        """True where a third body hardens in steady rolling: its yield stress depends on the whole
+        solution.
         """
         return (
             isinstance(self.motion, Steady)
@@ -338,30 +354,34 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def frictionless(self) -> bool:
-        """Whether no tangential traction can arise."""
+        """True where no tangential traction can arise."""
         return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self.frictions)
 
     @property
     def no_slip(self) -> bool:
-        """Whether friction is infinite."""
+        """True where friction is infinite."""
         return all(isinstance(f, float) and math.isinf(f) for f in self.frictions)
 
     def contact(self, k: int) -> tuple[Surface, float | None, float | None]:
-        """What touches in step `k` of a history, from 0: surface, normal force, approach (one of
-        the two is None).
+        """The contact in step `k` of a history, from 0: surface, normal force, approach (one of the
+        two is None).
         """
         motion = self.motion
         assert isinstance(motion, Transient)
-        force, approach = motion.of("normal_force", k), motion.of("approach", k)
+        force = motion.of("normal_force", k)
+        approach = motion.of("approach", k)
         if force is None and approach is None:
-            force, approach = self.normal_force, self.approach
-        surface = self.surface if motion.surface is None else motion.surface[k]
+            force = self.normal_force
+            approach = self.approach
+        surface = self.surface
+        if motion.surface is not None:
+            surface = motion.surface[k]
         if isinstance(surface, Ellipse):  # its curvatures are those under the scene's own load
             assert isinstance(self.bodies, Bodies)
-            own = hertz_ellipse(
+            ellipse = hertz_ellipse(
                 surface.a, surface.b, self.bodies, force=self.normal_force, approach=self.approach
             )
-            surface = Paraboloids(own.Rx, own.Ry)
+            surface = Paraboloids(ellipse.Rx, ellipse.Ry)
         return surface, force, approach
 
     def step(self, k: int, grid: Grid) -> Scene:
@@ -369,8 +389,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         motion = self.motion
         assert isinstance(motion, Transient)
         surface, force, approach = self.contact(k)
-        own = motion.of("friction", k)
-        friction = self.friction if own is None else own
+        friction = motion.of("friction", k)
+        if friction is None:
+            friction = self.friction
         if isinstance(friction, FrictionBound):
             friction = friction.at_step(grid, motion.position(k, grid.sides[0]))
         history: Scene = self  # of any motion, as the step has another
@@ -378,9 +399,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             assert not isinstance(surface, Ellipse)
             at = motion.position(k, grid.sides[0])
             distance = surface.distance(grid) - sum(each.on(grid, at) for each in motion.heights)
-            surface = SampledDistance(
-                distance[0] if grid.line else distance, reference_depth=self.reference_depth
-            )
+            if grid.line:
+                distance = distance[0]
+            surface = SampledDistance(distance, reference_depth=self.reference_depth)
         load: dict[str, Any] = {"normal_force": force, "approach": approach}
         moving = motion.step(k, grid.sides[0])
         return replace(
@@ -403,7 +424,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         --------
         >>> import varcontact as vc
         >>> scene = vc.Scene(
-        ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=460.0, Ry=300.0), normal_force=106.7e3)
+        ...     bodies=vc.Bodies(G=82e9, nu=0.28), normal_force=106.7e3,
+        ...     surface=vc.Paraboloids(Rx=460.0, Ry=300.0))
         >>> scene.doubts
         ('G = 8.2e+10 looks like pascals, a radius of 300 like millimetres',)
         """
@@ -412,9 +434,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     def _repr_html_(self) -> str:
         entries = [(each.name, getattr(self, each.name)) for each in fields(self)]
         rows = [(name, shortened(value, 200)) for name, value in entries if value is not None]
-        return preformatted(
-            in_rows("Scene", [*rows, *(("WARNING", doubt) for doubt in self.doubts)])
-        )
+        rows += [("WARNING", doubt) for doubt in self.doubts]
+        return preformatted(in_rows("Scene", rows))
 
     __repr__ = checks.short_entries
 
@@ -431,7 +452,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         --------
         >>> import varcontact as vc
         >>> scene = vc.Scene(
-        ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3)
+        ...     bodies=vc.Bodies(G=82e9, nu=0.28), normal_force=106.7e3,
+        ...     surface=vc.Paraboloids(Rx=0.46, Ry=0.30))
         >>> print(scene.to_toml(), end="")
         # Written by varcontact
         normal_force = 106700.0

@@ -15,7 +15,7 @@ from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.motion import SPIN_OFFSET, TimeStep, force_or_rigid, offset
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface
 
-MOST_STEPS = 1_000_000
+STEPS_MAX = 1_000_000
 """Steps of one history: they are looked through several times before the first is solved."""
 LONGER = "; a longer history goes on from the last step of another, its start"
 
@@ -28,7 +28,7 @@ Control = Callable[[int, Any], Mapping[str, Any]]
 class Transient(
     Checked,
     path="motion",
-    steps=partial(checks.whole, most=MOST_STEPS, why=LONGER),
+    steps=partial(checks.whole, most=STEPS_MAX, why=LONGER),
     rolled=number,
     interpolate=checks.flag,
     spin_offset=offset,
@@ -129,34 +129,47 @@ spin_offset=0.16666666666666666, dt=None)
     spin_offset: float = SPIN_OFFSET
 
     def __post_init__(self) -> None:
-        set_ = object.__setattr__
         super().__post_init__()
         for name, check in _ENTRIES.items():
-            field, value, optional = f"motion.{name}", getattr(self, name), name in _OPTIONAL
-            if value is None and (optional or name in ("dq", "dt")):
-                continue
-            if not checks.is_array(value):
-                set_(self, name, check(field, value))
-                continue
-            if len(value) != self.steps:
-                allowed = f"one number, or one for each of the {self.steps} steps"
-                raise SceneError(field, f"{len(value)} values", allowed)
-            given = [
-                each if optional and each is None else check(f"{field}[{k}]", each)
-                for k, each in enumerate(value)
-            ]
-            set_(self, name, tuple(given))
-        for k in range(0 if self.Fx is self.Fy is None else self.steps):
-            force_or_rigid(partial(self.of, k=k), "vx", "ux", "vy", "uy", at=f"[{k}]")
+            object.__setattr__(self, name, self._checked(name, check))
+        if self.Fx is not None or self.Fy is not None:
+            for k in range(self.steps):
+                force_or_rigid(partial(self.of, k=k), "vx", "ux", "vy", "uy", at=f"[{k}]")
         if self.surface is not None:
-            if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
-                allowed = f"one surface for each of the {self.steps} steps"
-                raise SceneError("motion.surface", self.surface, allowed)
-            for k, each in enumerate(self.surface):
-                checks.kind(f"motion.surface[{k}]", each, Paraboloids, Cylinders, SampledDistance)
+            self._check_surfaces(self.surface)
             object.__setattr__(self, "surface", tuple(self.surface))
-        several = isinstance(self.carried, Carried | Sequence | None)
-        if not several or not all(isinstance(each, Carried) for each in self.heights):
+        self._check_objects()
+
+    def _checked(self, name: str, check: Callable[[str, Any], Any]) -> Any:
+        """An entry of the steps, checked: one value, or a tuple of one for each step."""
+        field = f"motion.{name}"
+        value = getattr(self, name)
+        optional = name in _OPTIONAL
+        if value is None and (optional or name in ("dq", "dt")):
+            return None
+        if not checks.is_array(value):
+            return check(field, value)
+        if len(value) != self.steps:
+            allowed = f"one number, or one for each of the {self.steps} steps"
+            raise SceneError(field, f"{len(value)} values", allowed)
+        values = []
+        for k, each in enumerate(value):
+            if each is not None or not optional:
+                each = check(f"{field}[{k}]", each)
+            values.append(each)
+        return tuple(values)
+
+    def _check_surfaces(self, surfaces: Any) -> None:
+        if not isinstance(surfaces, (list, tuple)) or len(surfaces) != self.steps:
+            allowed = f"one surface for each of the {self.steps} steps"
+            raise SceneError("motion.surface", surfaces, allowed)
+        for k, surface in enumerate(surfaces):
+            checks.kind(f"motion.surface[{k}]", surface, Paraboloids, Cylinders, SampledDistance)
+
+    def _check_objects(self) -> None:
+        """Carried heights, control and start are of their classes."""
+        sequence = isinstance(self.carried, Carried | Sequence | None)
+        if not sequence or not all(isinstance(each, Carried) for each in self.heights):
             raise SceneError("motion.carried", self.carried, "Carried, or several")
         if self.control is not None and not callable(self.control):
             raise SceneError(
@@ -171,7 +184,9 @@ spin_offset=0.16666666666666666, dt=None)
     def of(self, name: str, k: int) -> Any:
         """Value of the entry `name` in step `k`, from 0, in the entry's unit."""
         value = getattr(self, name)
-        return value[k] if isinstance(value, tuple) else value
+        if isinstance(value, tuple):
+            return value[k]
+        return value
 
     def every(self, name: str) -> list[Any]:
         """Values of the entry `name`, one a step, in the entry's unit."""
@@ -179,7 +194,7 @@ spin_offset=0.16666666666666666, dt=None)
 
     @property
     def repeats(self) -> bool:
-        """Whether every step is described by the same numbers."""
+        """True where every step is described by the same numbers."""
         return self.surface is None and not any(
             isinstance(getattr(self, name), tuple) for name in _ENTRIES
         )
@@ -190,14 +205,21 @@ spin_offset=0.16666666666666666, dt=None)
         """
         entries = {name: self.of(name, k) for name in ("dt", "direction", *_RIGID, "Fx", "Fy")}
         dq = self.of("dq", k)
-        return TimeStep(dq=dx if dq is None else dq, spin_offset=self.spin_offset, **entries)
+        if dq is None:
+            dq = dx
+        return TimeStep(dq=dq, spin_offset=self.spin_offset, **entries)
 
     def position(self, k: int, dx: float) -> float:
         """Place X at the end of step `k`, from 0, with elements of length `dx` [length]; of -1
         before the first.
         """
-        steps = zip(self.every("dq")[: k + 1], self.every("direction"), strict=False)
-        return (self.rolled or 0.0) + sum((dx if dq is None else dq) * sign for dq, sign in steps)
+        distances = []
+        for step in range(k + 1):
+            dq = self.of("dq", step)
+            if dq is None:
+                dq = dx
+            distances.append(dq * self.of("direction", step))
+        return (self.rolled or 0.0) + sum(distances)
 
     @property
     def height_range(self) -> float:
@@ -209,12 +231,14 @@ spin_offset=0.16666666666666666, dt=None)
 
     @property
     def heights(self) -> tuple[Carried, ...]:
-        """What the bodies carry, one after the other."""
-        return (self.carried,) if isinstance(self.carried, Carried) else tuple(self.carried or ())
+        """The heights that the bodies carry, one after the other."""
+        if isinstance(self.carried, Carried):
+            return (self.carried,)
+        return tuple(self.carried or ())
 
     def alone(self, k: int, dx: float, given: Any) -> Transient:
-        """Step `k`, from 0, as a history of one, on elements of length `dx`, with what its control
-        has `given`.
+        """Step `k`, from 0, as a history of one step, on elements of length `dx`, with the entries
+        `given` by its control.
         """
         if not isinstance(given, Mapping):
             raise SceneError(
@@ -225,7 +249,9 @@ spin_offset=0.16666666666666666, dt=None)
             entries |= dict.fromkeys(CONTROLLED[checks.choice("motion.control", name, CONTROLLED)])
             entries[name] = value
         entries |= {name: 0.0 for name in _RIGID if entries[name] is None}
-        surface = None if self.surface is None else [self.surface[k]]
+        surface = None
+        if self.surface is not None:
+            surface = [self.surface[k]]
         return replace(
             self, steps=1, surface=surface, rolled=self.position(k - 1, dx), control=None, **entries
         )
@@ -239,7 +265,7 @@ CONTROLLED = {
     "normal_force": ("approach",),
     "approach": ("normal_force",),
 }
-"""What a control may give, and what that takes the place of."""
+"""The entries that a control may give, each with those that it replaces."""
 _OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
 
 
