@@ -13,7 +13,8 @@ from varcontact.checks import Checked, is_array, poisson_ratio, positive, positi
 from varcontact.errors import SceneError
 
 Relaxations = tuple[tuple[float, float], ...]
-"""Of a standard linear solid: parts of the compliance, and times [time]."""
+"""Relaxations of a standard linear solid: parts of the compliance, and times [time]."""
+
 RIGID = "rigid"
 """A body of a pair, or a base, that does not give way."""
 
@@ -21,7 +22,10 @@ RIGID = "rigid"
 def _relaxations(field: str, given: Any, least: int = 0) -> Relaxations:
     pairs = is_array(given) and len(given) >= least
     if not pairs or not all(is_array(each) and len(each) == 2 for each in given):
-        raise SceneError(field, given, "a list of pairs (f, tau)" + ", one at least" * least)
+        allowed = "a list of pairs (f, tau)"
+        if least > 0:
+            allowed += ", one at least"
+        raise SceneError(field, given, allowed)
     return tuple(
         (positive(f"{field}[{k}][0]", part), positive(f"{field}[{k}][1]", time))
         for k, (part, time) in enumerate(given)
@@ -30,16 +34,21 @@ def _relaxations(field: str, given: Any, least: int = 0) -> Relaxations:
 
 def _pair(field: str, value: Any, check: Any = poisson_ratio) -> tuple[float, float]:
     """Values of both bodies, of which one at least is finite."""
-    single = not is_array(value)
-    if not single and len(value) != 2:
+    if not is_array(value):
+        upper = lower = check(field, value)
+    elif len(value) == 2:
+        upper = check(f"{field}[0]", value[0])
+        lower = check(f"{field}[1]", value[1])
+    else:
         raise SceneError(field, value, "one value, or a pair (upper, lower)")
-    pair = (
-        2 * (check(field, value),)
-        if single
-        else (check(f"{field}[0]", value[0]), check(f"{field}[1]", value[1]))
-    )
-    if math.isinf(pair[0]) and math.isinf(pair[1]):
+    if math.isinf(upper) and math.isinf(lower):
         raise SceneError(field, value, "finite for one body at least (both are rigid)")
+    return upper, lower
+
+
+def _one_if_equal(pair: tuple[float, float]) -> float | tuple[float, float]:
+    if pair[0] == pair[1]:
+        return pair[0]
     return pair
 
 
@@ -82,9 +91,10 @@ class Bodies(Checked):
     slides: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        G, nu = _pair("bodies.G", self.G, positive_or_infinite), _pair("bodies.nu", self.nu)
-        object.__setattr__(self, "G", G[0] if G[0] == G[1] else G)
-        object.__setattr__(self, "nu", nu[0] if nu[0] == nu[1] else nu)
+        G = _pair("bodies.G", self.G, positive_or_infinite)
+        nu = _pair("bodies.nu", self.nu)
+        object.__setattr__(self, "G", _one_if_equal(G))
+        object.__setattr__(self, "nu", _one_if_equal(nu))
 
     @classmethod
     @checks.named_options()
@@ -112,14 +122,19 @@ class Bodies(Checked):
         >>> Bodies.from_young(E=210e9, nu=0.25)
         Bodies(G=84000000000.0, nu=0.25)
         """
-        moduli, ratios = _pair("bodies.E", E, positive_or_infinite), _pair("bodies.nu", nu)
+        moduli = _pair("bodies.E", E, positive_or_infinite)
+        ratios = _pair("bodies.nu", nu)
         return cls(G=(moduli[0] / (2 + 2 * ratios[0]), moduli[1] / (2 + 2 * ratios[1])), nu=ratios)
 
     @property
     def pairs(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """((G1, G2), (nu1, nu2))."""
-        G = self.G if isinstance(self.G, tuple) else (self.G, self.G)
-        nu = self.nu if isinstance(self.nu, tuple) else (self.nu, self.nu)
+        G = self.G
+        if not isinstance(G, tuple):
+            G = (G, G)
+        nu = self.nu
+        if not isinstance(nu, tuple):
+            nu = (nu, nu)
         return G, nu
 
     @property
@@ -132,7 +147,9 @@ class Bodies(Checked):
     def combined_nu(self) -> float:
         """Combined Poisson's ratio, ``nu/G = (nu1/G1 + nu2/G2)/2`` (59)."""
         (G1, G2), (nu1, nu2) = self.pairs
-        return nu1 if nu1 == nu2 else self.combined_G / 2 * (nu1 / G1 + nu2 / G2)
+        if nu1 == nu2:
+            return nu1
+        return self.combined_G / 2 * (nu1 / G1 + nu2 / G2)
 
     @property
     def K(self) -> float:
@@ -143,12 +160,15 @@ class Bodies(Checked):
         if (G1, nu1) == (G2, nu2):
             return 0.0
         weight = self.combined_G / 4
-        upper, lower = weight * (1 - 2 * nu1) / G1, weight * (1 - 2 * nu2) / G2
-        return upper - lower if abs(upper - lower) > 1e-15 else 0.0
+        upper = weight * (1 - 2 * nu1) / G1
+        lower = weight * (1 - 2 * nu2) / G2
+        if abs(upper - lower) > 1e-15:
+            return upper - lower
+        return 0.0
 
     @property
     def coupled(self) -> bool:
-        """Whether pressure and tractions depend on each other (K != 0)."""
+        """True where pressure and tractions depend on each other (K != 0)."""
         return self.K != 0
 
 
@@ -213,29 +233,36 @@ class Layered(Checked, path="bodies", relaxations=_relaxations):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        layers = tuple(self.layers) if isinstance(self.layers, list | tuple) else ()
-        if not layers or not all(isinstance(layer, Layer) for layer in layers):
+        if not self._has_layers:
             raise SceneError("bodies.layers", self.layers, "a list of Layer, one at least")
-        object.__setattr__(self, "layers", layers)
-        given = self.base
-        if isinstance(given, list | tuple) and len(given) in (2, 3):
-            G, nu, *own = given
-            base = positive("bodies.base[0]", G), poisson_ratio("bodies.base[1]", nu)
-            object.__setattr__(
-                self,
-                "base",
-                (*base, *(_relaxations("bodies.relaxations", each, 1) for each in own)),
-            )
-        elif not isinstance(given, str) or given not in ("rigid", "smooth"):
-            raise SceneError(
-                "bodies.base", given, '(G, nu), (G, nu, relaxations), "rigid" or "smooth"'
-            )
-        if self.relaxations and (any(layer.relaxations for layer in layers) or len(self.base) == 3):
+        object.__setattr__(self, "layers", tuple(self.layers))
+        object.__setattr__(self, "base", _checked_base(self.base))
+        several = any(layer.relaxations for layer in self.layers) or len(self.base) == 3
+        if self.relaxations and several:
             raise SceneError(
                 "bodies.relaxations",
                 self.relaxations,
                 "left out where layers or the base have their own",
             )
+
+    @property
+    def _has_layers(self) -> bool:
+        if not isinstance(self.layers, list | tuple) or not self.layers:
+            return False
+        return all(isinstance(layer, Layer) for layer in self.layers)
+
+
+def _checked_base(base: Any) -> Any:
+    """The base of a layered body: G, nu and its own relaxations, "rigid" or "smooth"."""
+    if isinstance(base, str) and base in ("rigid", "smooth"):
+        return base
+    if not isinstance(base, list | tuple) or len(base) not in (2, 3):
+        raise SceneError("bodies.base", base, '(G, nu), (G, nu, relaxations), "rigid" or "smooth"')
+    G = positive("bodies.base[0]", base[0])
+    nu = poisson_ratio("bodies.base[1]", base[1])
+    if len(base) == 2:
+        return G, nu
+    return G, nu, _relaxations("bodies.relaxations", base[2], 1)
 
 
 @dataclass(frozen=True)
@@ -311,10 +338,10 @@ class BodyPair:
     def __post_init__(self) -> None:
         for name in ("upper", "lower"):
             body = getattr(self, name)
-            pair = isinstance(body, Bodies) and (
-                isinstance(body.G, tuple) or isinstance(body.nu, tuple)
-            )
-            if not (isinstance(body, Body) or body == RIGID) or pair:
+            is_body = isinstance(body, Body) or body == RIGID
+            if isinstance(body, Bodies):
+                is_body = not isinstance(body.G, tuple) and not isinstance(body.nu, tuple)
+            if not is_body:
                 allowed = 'Layered, Viscoelastic, Graded, Bodies with one G and one nu, or "rigid"'
                 raise SceneError(f"bodies.{name}", body, allowed)
         if self.upper == self.lower == RIGID:
@@ -323,7 +350,8 @@ class BodyPair:
     @property
     def surfaces(self) -> Bodies:
         """Half-spaces of the materials at the surfaces."""
-        (G1, nu1, _), (G2, nu2, _) = materials(self.upper)[0], materials(self.lower)[0]
+        G1, nu1, _ = materials(self.upper)[0]
+        G2, nu2, _ = materials(self.lower)[0]
         return Bodies(G=(G1, G2), nu=(nu1, nu2))
 
     @property
@@ -342,7 +370,7 @@ class BodyPair:
 
     @property
     def of_several_solids(self) -> bool:
-        """Whether the parts of a body, one of which is viscoelastic, differ in their
+        """True where the parts of a body, one of which is viscoelastic, differ in their
         relaxations.
         """
         return any(
@@ -351,7 +379,7 @@ class BodyPair:
 
     @property
     def relaxes(self) -> bool:
-        """Whether one of the bodies is viscoelastic."""
+        """True where one of the bodies is viscoelastic."""
         return self.longest_relaxation > 0
 
     @property
@@ -363,10 +391,11 @@ class BodyPair:
             if isinstance(body, Viscoelastic):
                 pair.append(Bodies(*soft[0]))
             elif isinstance(body, Layered):
-                layers = tuple(
-                    Layer(layer.h, *each) for layer, each in zip(body.layers, soft, strict=False)
-                )
-                pair.append(Layered(layers, body.base if isinstance(body.base, str) else soft[-1]))
+                layers = tuple(Layer(layer.h, *soft[k]) for k, layer in enumerate(body.layers))
+                base = body.base
+                if not isinstance(base, str):
+                    base = soft[-1]
+                pair.append(Layered(layers, base))
             else:
                 pair.append(body)
         made: Bodies | BodyPair = as_bodies(pair)
@@ -384,23 +413,28 @@ class BodyPair:
 
     @property
     def coupled(self) -> bool:
-        """Whether pressure and tractions depend on each other: unless the bodies are the same."""
+        """True where pressure and tractions depend on each other: unless the bodies are the
+        same.
+        """
         return self.upper != self.lower
 
     @property
     def grounded(self) -> bool:
-        """Whether both bodies rest on bases that do not move: normal displacements count from
+        """True where both bodies rest on bases that do not move: normal displacements count from
         there.
         """
-        bases = [
-            body.base if isinstance(body, Layered) else body for body in (self.upper, self.lower)
-        ]
-        return all(isinstance(base, str) for base in bases)
+        for body in (self.upper, self.lower):
+            base = body
+            if isinstance(body, Layered):
+                base = body.base
+            if not isinstance(base, str):
+                return False
+        return True
 
     @property
     def slides(self) -> bool:
-        """Whether one of them rests on a base without friction: tangential displacements are known
-        but for a shift.
+        """True where one of them rests on a base without friction: tangential displacements are
+        known but for a shift.
         """
         return any(
             isinstance(body, Layered) and body.base == "smooth" for body in (self.upper, self.lower)
@@ -420,11 +454,9 @@ def as_bodies(value: Any) -> Any:
     ):
         return value
     pair = BodyPair(*value)
-    return (
-        pair
-        if any(isinstance(body, Layered | Viscoelastic | Stratified) for body in value)
-        else pair.surfaces
-    )
+    if any(isinstance(body, Layered | Viscoelastic | Stratified) for body in value):
+        return pair
+    return pair.surfaces
 
 
 def materials(body: Body | str) -> list[tuple[float, float, Relaxations]]:
@@ -439,13 +471,15 @@ def materials(body: Body | str) -> list[tuple[float, float, Relaxations]]:
         return [(body.G, body.nu, body.relaxations)]
     if isinstance(body, Stratified):
         return body.materials
-    found = [(layer.G, layer.nu, layer.relaxations or body.relaxations) for layer in body.layers]
+    solids = [(layer.G, layer.nu, layer.relaxations or body.relaxations) for layer in body.layers]
     if not isinstance(body.base, str):
-        G, nu, *own = body.base
-        found.append((G, nu, own[0] if own else body.relaxations))
-    return found
+        relaxations = body.relaxations
+        if len(body.base) == 3:
+            relaxations = body.base[2]
+        solids.append((body.base[0], body.base[1], relaxations))
+    return solids
 
 
-def _relaxed(found: list[tuple[float, float, Relaxations]]) -> list[tuple[float, float]]:
+def _relaxed(solids: list[tuple[float, float, Relaxations]]) -> list[tuple[float, float]]:
     """G and nu after a long time."""
-    return [(G / (1 + sum(part for part, _ in solid)), nu) for G, nu, solid in found]
+    return [(G / (1 + sum(part for part, _ in solid)), nu) for G, nu, solid in solids]

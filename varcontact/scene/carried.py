@@ -64,20 +64,15 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
     def __post_init__(self) -> None:
         super().__post_init__()
         set_ = object.__setattr__
-        set_(
-            self, "height", checks.array("carried.height", self.height, 1 if self.y is None else 2)
-        )
-        set_(
-            self,
-            "x",
-            checks.coordinates("carried.x", self.x, self.height.shape[-1], "column of height"),
-        )
+        dimension = 1
         if self.y is not None:
-            set_(
-                self,
-                "y",
-                checks.coordinates("carried.y", self.y, self.height.shape[0], "row of height"),
-            )
+            dimension = 2
+        set_(self, "height", checks.array("carried.height", self.height, dimension))
+        columns = self.height.shape[-1]
+        set_(self, "x", checks.coordinates("carried.x", self.x, columns, "column of height"))
+        if self.y is not None:
+            rows = self.height.shape[0]
+            set_(self, "y", checks.coordinates("carried.y", self.y, rows, "row of height"))
         length = np.ptp(self.x)
         if self.period is not None and self.period <= length:
             raise SceneError(
@@ -122,7 +117,8 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
         >>> print(f"{Carried.flat(length=40.0, radius=460.0, at=100.0).height.min():.3f}")
         -0.435
         """
-        half, radius = checks.positive("length", length) / 2, checks.positive("radius", radius)
+        half = checks.positive("length", length) / 2
+        radius = checks.positive("radius", radius)
         if half >= radius:
             raise SceneError("length", length, f"a chord of the wheel, below {2 * radius:.6g}")
         s = np.linspace(-half, half, checks.whole("samples", samples, least=5))
@@ -150,12 +146,15 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
         X = grid.x + rolled
         if self.period is not None:
             X = self.x[0] + (X - self.x[0]) % self.period
-        inside, found = (X <= self._between.x[-1]) & (X >= self.x[0]), np.zeros(grid.shape)
-        y = grid.y if self.y is not None else np.zeros(grid.rows)
+        y = np.zeros(grid.rows)
+        if self.y is not None:
+            y = grid.y
+        columns = (X <= self._between.x[-1]) & (X >= self.x[0])
         rows = (self._between.y[0] <= y) & (y <= self._between.y[-1])
-        if inside.any():
-            found[np.ix_(rows, inside)] = self._between.at(X[inside], y[rows])
-        return found
+        height = np.zeros(grid.shape)
+        if columns.any():
+            height[np.ix_(rows, columns)] = self._between.at(X[columns], y[rows])
+        return height
 
     @checks.named_options()
     def worn(self, depth: np.ndarray) -> Carried:
@@ -181,10 +180,10 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
 
     @lazy_property
     def _between(self) -> Interpolation:
-        x, height = self.x, np.atleast_2d(self.height)
-        gap = np.inf if self.period is None else self.period - (x[-1] - x[0])
+        x = self.x
+        height = np.atleast_2d(self.height)
         # some samples of the periods before and after
-        if self.period is not None and gap < 2 * np.diff(x).max():
+        if self.period is not None and self.period - (x[-1] - x[0]) < 2 * np.diff(x).max():
             count = min(AROUND, x.size)
             x = np.concatenate([x[-count:] - self.period, x, x[:count] + self.period])
             height = np.concatenate([height[:, -count:], height, height[:, :count]], axis=1)

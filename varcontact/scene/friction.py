@@ -19,7 +19,8 @@ from varcontact.checks import Checked
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
 
-LEAST, MOST = 1e-20, 1e20
+COEFFICIENT_MIN = 1e-20
+COEFFICIENT_MAX = 1e20
 """Between these are finite coefficients that are not zero: beyond, products leave the range of
 floating point."""
 
@@ -46,8 +47,12 @@ class Law(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not LEAST <= self.static <= MOST:
-            raise SceneError("friction.static", self.static, f"between {LEAST:g} and {MOST:g}")
+        if not COEFFICIENT_MIN <= self.static <= COEFFICIENT_MAX:
+            raise SceneError(
+                "friction.static",
+                self.static,
+                f"between {COEFFICIENT_MIN:g} and {COEFFICIENT_MAX:g}",
+            )
         if not 0 <= self.kinetic <= self.static:
             raise SceneError(
                 "friction.kinetic", self.kinetic, f"in [0, static] = [0, {self.static:g}]"
@@ -199,7 +204,8 @@ class LinearFalling(_Falling):
 
     Examples
     --------
-    >>> LinearFalling(static=0.4, kinetic=0.2, half_velocity=0.05, velocity=20.0)([0.0, 0.0025, 0.005, 0.05])
+    >>> law = LinearFalling(static=0.4, kinetic=0.2, half_velocity=0.05, velocity=20.0)
+    >>> law([0.0, 0.0025, 0.005, 0.05])
     array([0.4, 0.3, 0.2, 0.2])
     """
 
@@ -223,7 +229,8 @@ class RationalFalling(_Falling):
 
     Examples
     --------
-    >>> RationalFalling(static=0.4, kinetic=0.2, half_velocity=0.05, velocity=20.0)([0.0, 0.0025, 0.0225])
+    >>> law = RationalFalling(static=0.4, kinetic=0.2, half_velocity=0.05, velocity=20.0)
+    >>> law([0.0, 0.0025, 0.0225])
     array([0.4 , 0.3 , 0.22])
     """
 
@@ -247,7 +254,8 @@ class ExponentialFalling(_Falling):
 
     Examples
     --------
-    >>> ExponentialFalling(static=0.4, kinetic=0.2, half_velocity=0.05, velocity=20.0)([0.0, 0.0025, 0.005])
+    >>> law = ExponentialFalling(static=0.4, kinetic=0.2, half_velocity=0.05, velocity=20.0)
+    >>> law([0.0, 0.0025, 0.005])
     array([0.4 , 0.3 , 0.25])
     """
 
@@ -283,8 +291,12 @@ def coefficient(field: str, value: Any) -> float | Law | FrictionBound:
     number = checks.real(field, value, allowed)
     if number < 0:
         raise SceneError(field, value, allowed)
-    if not (number in (0, np.inf) or LEAST <= number <= MOST):
-        raise SceneError(field, number, f"0, between {LEAST:g} and {MOST:g}, or inf (no slip)")
+    if not (number in (0, np.inf) or COEFFICIENT_MIN <= number <= COEFFICIENT_MAX):
+        raise SceneError(
+            field,
+            number,
+            f"0, between {COEFFICIENT_MIN:g} and {COEFFICIENT_MAX:g}, or inf (no slip)",
+        )
     return number
 
 

@@ -41,7 +41,9 @@ class LocalLaw(Law):
         self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None
     ) -> np.ndarray:
         """Coefficient at a `temperature`, or at a `pressure`, whatever `slip`, `x` and `y`."""
-        return np.asarray(self.at(temperature if self.warm else pressure))
+        if self.warm:
+            return np.asarray(self.at(temperature))
+        return np.asarray(self.at(pressure))
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,8 @@ class TemperatureFalling(LocalLaw, reference=checks.number, over=checks.positive
 
     Examples
     --------
-    >>> TemperatureFalling(static=0.4, kinetic=0.2, reference=20.0, over=400.0).at([0.0, 220.0, 900.0])
+    >>> law = TemperatureFalling(static=0.4, kinetic=0.2, reference=20.0, over=400.0)
+    >>> law.at([0.0, 220.0, 900.0])
     array([0.4, 0.3, 0.2])
     """
 
@@ -154,7 +157,8 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
     Examples
     --------
     >>> wet = np.array([[1.0, 0.5]])
-    >>> law = FrictionLaw(0.4, 0.0, [lambda slip_velocity: 0.4 / (1 + slip_velocity / 0.1), wet], velocity=20.0)
+    >>> falling = lambda slip_velocity: 0.4 / (1 + slip_velocity / 0.1)
+    >>> law = FrictionLaw(0.4, 0.0, [falling, wet], velocity=20.0)
     >>> law.on(slip=np.array([[0.0, 0.005]]))
     array([[0.4, 0.1]])
     """
@@ -164,25 +168,21 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        several = isinstance(self.factors, list | tuple)
-        if several and self.factors and all(isinstance(row, list | tuple) for row in self.factors):
-            several = np.ndim(self.factors[0][0]) != 0  # else one field of numbers
-        factors = tuple(self.factors) if several else (self.factors,)
+        factors = _listed(self.factors)
         if not factors:
             raise SceneError("friction.factors", self.factors, "one factor at least")
         object.__setattr__(self, "factors", tuple(_factor(each) for each in factors))
-        warm = (
-            each.warm if isinstance(each, Law) else "temperature" in _names(each)
-            for each in self.factors
+        object.__setattr__(
+            self, "warm", any(_depends_on_temperature(each) for each in self.factors)
         )
-        object.__setattr__(self, "warm", any(warm))
-        known = {
-            name: np.full((2, 3), each)
-            for name, each in zip(ARGUMENTS, (0.0, 20.0, 1.0, 0.0, 0.0), strict=True)
+        # functions are tried once
+        example = {
+            name: np.full((2, 3), value)
+            for name, value in zip(ARGUMENTS, (0.0, 20.0, 1.0, 0.0, 0.0), strict=True)
         }
         for each in self.factors:
             if callable(each) and not isinstance(each, Law):
-                _called(each, known)
+                _called(each, example)
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__
@@ -191,17 +191,30 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
         self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None
     ) -> np.ndarray:
         """Coefficient at `slip`, `temperature`, `pressure`, `x` and `y`, arrays of one shape."""
-        around = temperature, pressure, x, y
-        known = dict(zip(ARGUMENTS, (slip_sizes(slip) * self.velocity, *around), strict=True))
-        found = np.ones(np.shape(slip))
-        for each in self.factors:
-            own = each.on(slip, *around) if isinstance(each, Law) else each
-            found = found * (own if isinstance(own, np.ndarray) else _called(own, known))
-        least, most = float(found.min(initial=self.static)), float(found.max(initial=self.kinetic))
-        if least < self.kinetic - ROUNDING or most > self.static * (1 + ROUNDING):
-            allowed = f"a product in [kinetic, static] = [{self.kinetic:g}, {self.static:g}]"
-            raise SceneError("friction.factors", most if most > self.static else least, allowed)
-        return found
+        fields = temperature, pressure, x, y
+        arguments = dict(zip(ARGUMENTS, (slip_sizes(slip) * self.velocity, *fields), strict=True))
+        product = np.ones(np.shape(slip))
+        for factor in self.factors:
+            if isinstance(factor, Law):
+                product = product * factor.on(slip, *fields)
+            elif isinstance(factor, np.ndarray):
+                product = product * factor
+            else:
+                product = product * _called(factor, arguments)
+        self._check_range(product)
+        return product
+
+    def _check_range(self, product: np.ndarray) -> None:
+        """Refuse a product outside of [kinetic, static]."""
+        least = float(product.min(initial=self.static))
+        most = float(product.max(initial=self.kinetic))
+        if not (least < self.kinetic - ROUNDING or most > self.static * (1 + ROUNDING)):
+            return
+        outside = least
+        if most > self.static:
+            outside = most
+        allowed = f"a product in [kinetic, static] = [{self.kinetic:g}, {self.static:g}]"
+        raise SceneError("friction.factors", outside, allowed)
 
 
 LAWS: dict[str, type[Law]] = {
@@ -221,6 +234,22 @@ def kind_of(law: Law) -> str:
     return next(kind for kind, cls in LAWS.items() if isinstance(law, cls))
 
 
+def _listed(factors: Any) -> tuple[Any, ...]:
+    """The factors one by one; rows of numbers are one field."""
+    if not isinstance(factors, list | tuple):
+        return (factors,)
+    rows = all(isinstance(each, list | tuple) for each in factors)
+    if factors and rows and np.ndim(factors[0][0]) == 0:
+        return (factors,)
+    return tuple(factors)
+
+
+def _depends_on_temperature(factor: Any) -> bool:
+    if isinstance(factor, Law):
+        return factor.warm
+    return "temperature" in _names(factor)
+
+
 def _factor(given: Any) -> Any:
     """A factor of a friction law, checked."""
     if isinstance(given, Law):
@@ -236,9 +265,9 @@ def _factor(given: Any) -> Any:
         raise SceneError(
             "friction.factors", given, "laws, arrays of numbers by place, or functions"
         )
-    field = checks.array(
-        "friction.factors", np.asarray(given)[None] if np.ndim(given) == 1 else given, 2
-    )
+    if np.ndim(given) == 1:
+        given = np.asarray(given)[None]
+    field = checks.array("friction.factors", given, 2)
     checks.require_all("friction.factors", field, field >= 0, "zero or positive everywhere")
     return field
 
@@ -263,27 +292,26 @@ def _names(function: Any) -> tuple[str, ...]:
     return tuple(each.name for each in parameters if each.name in ARGUMENTS)
 
 
-def _called(function: Any, known: dict[str, Any]) -> np.ndarray:
+def _called(function: Any, arguments: dict[str, Any]) -> np.ndarray:
     """The values of a function for the elements, checked."""
-    shape, name = known[ARGUMENTS[0]].shape, getattr(function, "__name__", function)
+    shape = arguments[ARGUMENTS[0]].shape
+    name = getattr(function, "__name__", function)
     try:
-        found = np.asarray(function(**{each: known[each] for each in _names(function)}))
+        values = np.asarray(function(**{each: arguments[each] for each in _names(function)}))
     except Exception as error:  # the user's own code runs here
         failed = f"{name} failed: {type(error).__name__}: {error}"
         raise SceneError(
             "friction.factors", failed, f"functions of arrays of shape {shape}"
         ) from error
-    if found.shape not in ((), shape):
+    if values.shape not in ((), shape):
         raise checks.wrong_shape(
-            f"friction.factors: {name}", found.shape, f"a number or of shape {shape}"
+            f"friction.factors: {name}", values.shape, f"a number or of shape {shape}"
         )
-    good = (
-        (found >= 0) & (found < np.inf)
-        if found.dtype.kind in "fiu"
-        else np.zeros(found.shape, bool)
-    )
-    if not np.all(good):
+    allowed = np.zeros(values.shape, bool)
+    if values.dtype.kind in "fiu":
+        allowed = (values >= 0) & (values < np.inf)
+    if not np.all(allowed):
         raise SceneError(
-            "friction.factors", f"{name} = {found[~good][0]}", "numbers, zero or positive"
+            "friction.factors", f"{name} = {values[~allowed][0]}", "numbers, zero or positive"
         )
-    return np.broadcast_to(found.astype(float), shape)
+    return np.broadcast_to(values.astype(float), shape)

@@ -105,37 +105,36 @@ class Grid(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        names = ("dx", "x0") if self.line else ("dx", "dy", "x0", "y0")
-        given = {
-            name: value
-            for name in ("dx", "dy", "x0", "y0")
-            if (value := getattr(self, name)) is not None
-        }
-        for name, value in given.items():
-            if name not in names:
-                raise SceneError(
-                    f"grid.{name}",
-                    value,
-                    "left out: without ny it is line contact, per unit length",
-                )
-        for name in names:
-            if given and name not in given:
-                raise SceneError(f"grid.{name}", None, f"given: {', '.join(names)} come together")
+        names = ["dx", "dy", "x0", "y0"]
+        if self.line:
+            for name in ("dy", "y0"):
+                names.remove(name)
+                if getattr(self, name) is not None:
+                    raise SceneError(
+                        f"grid.{name}",
+                        getattr(self, name),
+                        "left out: without ny it is line contact, per unit length",
+                    )
+        missing = [name for name in names if getattr(self, name) is None]
+        if missing and len(missing) < len(names):
+            raise SceneError(f"grid.{missing[0]}", None, f"given: {', '.join(names)} come together")
 
     @property
     def line(self) -> bool:
-        """Whether it is for line contact: no rows."""
+        """True for line contact: no rows."""
         return self.ny is None
 
     @property
     def explicit(self) -> bool:
-        """Whether the lattice itself is given."""
+        """True where the lattice itself is given."""
         return self.dx is not None
 
     @property
     def rows(self) -> int:
         """Number of rows: ny, or the one of line contact."""
-        return 1 if self.ny is None else self.ny
+        if self.ny is None:
+            return 1
+        return self.ny
 
     def _lattice(self) -> tuple[float, float, float, float]:
         if self.line and self.dx is not None and self.x0 is not None:
@@ -238,7 +237,9 @@ class Grid(
         margin around it.
         """
         left, right, bottom, top = box
-        dx, dy, m = (right - left) / self.nx, (top - bottom) / self.rows, self.margin
+        dx = (right - left) / self.nx
+        dy = (top - bottom) / self.rows
+        m = self.margin
         return self._like(
             self.nx + 2 * m, self.rows + 2 * m, dx, dy, left - m * dx, bottom - m * dy
         )
@@ -254,4 +255,6 @@ def usual_grid(line: bool) -> Grid:
     """The grid of a scene that has none, where it is not chosen for an accuracy: 24 by 24, in line
     contact 100.
     """
-    return Grid(nx=100) if line else Grid(nx=24, ny=24)
+    if line:
+        return Grid(nx=100)
+    return Grid(nx=24, ny=24)

@@ -33,22 +33,26 @@ class Interpolation:
 
     @classmethod
     def of(cls, x: np.ndarray, y: np.ndarray | None, h: np.ndarray) -> Interpolation:
-        """Without y it is one row, which stands four times."""
-        return cls(x, np.arange(-1.5, 2.0), np.tile(h, (4, 1))) if y is None else cls(x, y, h)
+        """Interpolation of samples; without y of one row, which stands four times."""
+        if y is None:
+            return cls(x, np.arange(-1.5, 2.0), np.tile(h, (4, 1)))
+        return cls(x, y, h)
 
     def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Values at the points of a grid, whose lines are in any order, and may be there twice."""
-        (x, to_x), (y, to_y) = np.unique(x, return_inverse=True), np.unique(y, return_inverse=True)
-        found = self._spline(y, x)
+        x, to_x = np.unique(x, return_inverse=True)
+        y, to_y = np.unique(y, return_inverse=True)
+        values = self._spline(y, x)
         if self._cliffs.any():
             from scipy.ndimage import maximum_filter
 
-            x, y = np.clip(x, self.x[0], self.x[-1]), np.clip(y, self.y[0], self.y[-1])
+            x = np.clip(x, self.x[0], self.x[-1])
+            y = np.clip(y, self.y[0], self.y[-1])
             column = np.clip(np.searchsorted(self.x, x) - 1, 0, self.x.size - 2)
             row = np.clip(np.searchsorted(self.y, y) - 1, 0, self.y.size - 2)
             beside = maximum_filter(self._cliffs, 2 * SWING + 1)[np.ix_(row, column)]
-            found = np.where(beside, self._calm(x, y), found)
-        return np.asarray(found[np.ix_(to_y, to_x)])
+            values = np.where(beside, self._akima(x, y), values)
+        return np.asarray(values[np.ix_(to_y, to_x)])
 
     @lazy_property
     def _spline(self) -> RectBivariateSpline:
@@ -58,21 +62,21 @@ class Interpolation:
             self.y, self.x, self.h, s=0, kx=min(3, self.y.size - 1), ky=min(3, self.x.size - 1)
         )
 
-    def _calm(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def _akima(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         from scipy.interpolate import Akima1DInterpolator
 
-        return np.asarray(
-            Akima1DInterpolator(self.x, Akima1DInterpolator(self.y, self.h)(y), axis=1)(x)
-        )
+        rows = Akima1DInterpolator(self.y, self.h)(y)
+        return np.asarray(Akima1DInterpolator(self.x, rows, axis=1)(x))
 
     @lazy_property
     def _cliffs(self) -> np.ndarray:
         """The cells in whose middle the two interpolations differ."""
         from scipy.ndimage import maximum_filter, minimum_filter
 
-        x, y = (self.x[1:] + self.x[:-1]) / 2, (self.y[1:] + self.y[:-1]) / 2
+        x = (self.x[1:] + self.x[:-1]) / 2
+        y = (self.y[1:] + self.y[:-1]) / 2
         around = (maximum_filter(self.h, 4) - minimum_filter(self.h, 4))[1:, 1:]
-        return np.asarray(np.abs(self._spline(y, x) - self._calm(x, y)) > STEEP * around)
+        return np.asarray(np.abs(self._spline(y, x) - self._akima(x, y)) > STEEP * around)
 
 
 LONGEST = 400
@@ -126,12 +130,13 @@ def how_to_smooth(wavelength: str) -> str:
 
 
 def continuation(places: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """What gives values between places, ascending, without swings; beyond them straight on."""
+    """Interpolation between ascending places, without swings; beyond them straight on."""
     from scipy.interpolate import PchipInterpolator
 
     if places.size == 1:
         return lambda at: np.full(at.shape, values[0])
-    between, (first, last) = PchipInterpolator(places, values), places[[0, -1]]
+    between = PchipInterpolator(places, values)
+    first, last = places[[0, -1]]
     slopes = between(places[[0, -1]], 1)
 
     def continued(at: np.ndarray) -> np.ndarray:

@@ -232,16 +232,20 @@ class TimeStep:
         """Shift and creepage in one: by distance rolled (vx, vy, spin), of a step in place (ux, uy,
         rotation).
         """
-        shift, creepage = (self.ux, self.uy, self.rotation), (self.vx, self.vy, self.spin)
         if self.dq == 0:
-            return shift
-        first, second, third = (v + u / self.dq for v, u in zip(creepage, shift, strict=True))
-        return first, second, third
+            return self.ux, self.uy, self.rotation
+        return (
+            self.vx + self.ux / self.dq,
+            self.vy + self.uy / self.dq,
+            self.spin + self.rotation / self.dq,
+        )
 
     @property
     def rolls(self) -> int:
         """1 towards positive x, -1 towards negative x, 0 in place."""
-        return self.direction if self.dq > 0 else 0
+        if self.dq > 0:
+            return self.direction
+        return 0
 
     def step(self, dq: float = 0.0) -> TimeStep:
         """Itself, whatever `dq`."""

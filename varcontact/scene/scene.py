@@ -300,10 +300,10 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             return hertz_ellipse(surface.a, surface.b, bodies, **load)
         depth = surface.reference_depth
         contact = line_contact(surface.R, bodies, **load, depth=depth)
-        if approach is None and depth is None:
+        if approach is None:
             approach = math.nan
-        elif approach is None:
-            approach = contact.approach(depth)
+            if depth is not None:
+                approach = contact.approach(depth)
         return HertzContact(
             a=contact.a,
             b=math.inf,

@@ -14,9 +14,11 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import Interpolation, continuation, smoothed_field
 from varcontact.system.process import lazy_property
 
-MOST_TURN, MOST_TURN_OF_A_ROW = np.pi, 0.3
-"""How far a reference surface may turn across its samples, and from one row of them to the next
-[rad]."""
+TURN_MAX = np.pi
+"""Largest turn of a reference surface across its samples [rad]."""
+
+ROW_TURN_MAX = 0.3
+"""Largest turn of a reference surface from one row of samples to the next [rad]."""
 
 
 @dataclass(frozen=True)
@@ -200,16 +202,16 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
                 self.reference_depth,
                 "left out: only line contact has one",
             )
-        for name, size, of in (
-            ("x", self.h.shape[-1], "column of h"),
-            ("y", self.h.shape[0], "row of h"),
-        ):
-            if getattr(self, name) is not None:
-                set_(
-                    self, name, checks.coordinates(f"surface.{name}", getattr(self, name), size, of)
-                )
-        if self.inclination is None:
-            return
+        columns = self.h.shape[-1]
+        rows = self.h.shape[0]
+        if self.x is not None:
+            set_(self, "x", checks.coordinates("surface.x", self.x, columns, "column of h"))
+        if self.y is not None:
+            set_(self, "y", checks.coordinates("surface.y", self.y, rows, "row of h"))
+        if self.inclination is not None:
+            set_(self, "inclination", self._checked_inclination())
+
+    def _checked_inclination(self) -> np.ndarray:
         if self.line:
             raise SceneError(
                 "surface.inclination", self.inclination, "left out in line contact, which has no y"
@@ -217,16 +219,20 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         shape = self.h.shape[:1]
         meant = f"{shape}, one for each row of h"
         angles = checks.array("surface.inclination", self.inclination, shape=shape, meant=meant)
-        turn, widest = float(np.ptp(angles)), float(np.max(np.abs(np.diff(angles)), initial=0.0))
-        if turn > MOST_TURN or widest > MOST_TURN_OF_A_ROW:
-            given = f"a turn by {turn:.3g} rad, and by up to {widest:.3g} from row to row"
-            allowed = f"at most {MOST_TURN:.3g} rad across the samples, and {MOST_TURN_OF_A_ROW:g} from row to row"
-            raise SceneError("surface.inclination", given, allowed)
-        object.__setattr__(self, "inclination", angles)
+        turn = float(np.ptp(angles))
+        row_turn = float(np.max(np.abs(np.diff(angles)), initial=0.0))
+        if turn > TURN_MAX or row_turn > ROW_TURN_MAX:
+            value = f"a turn by {turn:.3g} rad, and by up to {row_turn:.3g} from row to row"
+            allowed = (
+                f"at most {TURN_MAX:.3g} rad across the samples, "
+                f"and {ROW_TURN_MAX:g} from row to row"
+            )
+            raise SceneError("surface.inclination", value, allowed)
+        return angles
 
     @property
     def line(self) -> bool:
-        """Whether it is line contact: one row of samples along x."""
+        """True for line contact: one row of samples along x."""
         return self.h.ndim == 1
 
     @property
@@ -238,14 +244,17 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
     def coordinates(self) -> tuple[np.ndarray, np.ndarray]:
         """x and y of samples that carry them; y is 0 in line contact."""
         assert self.x is not None
-        return self.x, np.zeros(1) if self.y is None else self.y
+        if self.y is None:
+            return self.x, np.zeros(1)
+        return self.x, self.y
 
     @property
     def box(self) -> tuple[float, float, float, float]:
         """(left, right, bottom, top) of the samples that carry their own coordinates."""
         x, y = self.coordinates
-        bottom, top = (-0.5, 0.5) if self.line else (float(y[0]), float(y[-1]))
-        return float(x[0]), float(x[-1]), bottom, top
+        if self.line:
+            return float(x[0]), float(x[-1]), -0.5, 0.5
+        return float(x[0]), float(x[-1]), float(y[0]), float(y[-1])
 
     def distance(self, grid: Grid, beyond: float = 0.0) -> np.ndarray:
         """Undeformed distance (ny, nx) at the centres of the elements of an explicit `grid`
@@ -271,21 +280,23 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             raise SceneError(
                 "grid", box, f"within the samples: left, right, bottom, top = {self.box}"
             )
-        x, y = np.clip(grid.x, left, right), np.clip(grid.y, bottom, top)
-        if np.array_equal(x, grid.x) and np.array_equal(y, grid.y):
-            return self._between.at(x, y)
+        x = np.clip(grid.x, left, right)
+        y = np.clip(grid.y, bottom, top)
         level = self._between.at(x, y)
-        as_far_within = self._between.at(2 * x - grid.x, y), self._between.at(x, 2 * y - grid.y)
-        return np.asarray(level + sum(np.maximum(level - each, 0.0) for each in as_far_within))
+        if np.array_equal(x, grid.x) and np.array_equal(y, grid.y):
+            return level
+        # beyond the samples: straight on, from the place as far within
+        mirrored = self._between.at(2 * x - grid.x, y), self._between.at(x, 2 * y - grid.y)
+        return np.asarray(level + sum(np.maximum(level - each, 0.0) for each in mirrored))
 
     def inclination_at(self, grid: Grid) -> np.ndarray:
         """Inclination of each row of a `grid` [rad], shape (ny,): beyond the samples with the
         curvature at the end.
         """
         assert self.inclination is not None
-        return (
-            self.inclination if self.y is None else continuation(self.y, self.inclination)(grid.y)
-        )
+        if self.y is None:
+            return self.inclination
+        return continuation(self.y, self.inclination)(grid.y)
 
     def along_axes(
         self, grid: Grid, traction: np.ndarray, pressure: np.ndarray
@@ -296,10 +307,11 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         if self.inclination is None:
             return traction, pressure
         angle = self.inclination_at(grid)[:, None]
-        lateral = np.cos(angle) * traction[1] - np.sin(angle) * pressure
-        return np.array([traction[0], lateral]), np.sin(angle) * traction[1] + np.cos(
-            angle
-        ) * pressure
+        sin = np.sin(angle)
+        cos = np.cos(angle)
+        lateral = cos * traction[1] - sin * pressure
+        vertical = sin * traction[1] + cos * pressure
+        return np.array([traction[0], lateral]), vertical
 
     @checks.named_options()
     def sampled(self, fields: np.ndarray, grid: Grid) -> np.ndarray:
@@ -311,8 +323,8 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         x, y = self.coordinates
         places = np.clip(grid.x, x[0], x[-1]), np.clip(grid.y, y[0], y[-1])
         flat = fields.reshape(-1, *self.samples.shape)
-        found = np.array([Interpolation.of(x, self.y, each).at(*places) for each in flat])
-        return found.reshape(*fields.shape[:-2], *grid.shape)
+        values = np.array([Interpolation.of(x, self.y, each).at(*places) for each in flat])
+        return values.reshape(*fields.shape[:-2], *grid.shape)
 
     @lazy_property
     def _between(self) -> Interpolation:
@@ -360,7 +372,9 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             )
         x, y = self.coordinates
         h = smoothed_field(self.samples, x, y, wavelength)
-        return replace(self, h=h[0] if self.line else h)
+        if self.line:
+            h = h[0]
+        return replace(self, h=h)
 
 
 Surface = Paraboloids | Ellipse | Cylinders | SampledDistance

@@ -54,21 +54,26 @@ class Units(Checked, path="units", length=_name, force=_name):
         are others in a `shift` than in rolling.
         """
         quantity = moved(quantity, shift)
-        L, F = self.length, self.force
-        force, moment, area = (f"{F}/{L}", F, L) if line else (F, f"{F} {L}", f"{L}^2")
+        L = self.length
+        F = self.force
         names = {
             "length": L,
-            "force": force,
+            "force": F,
             "pressure": f"{F}/{L}^2",
-            "moment": moment,
+            "moment": f"{F} {L}",
             "spin": f"1/{L}",
+            "area": f"{L}^2",
+            "line force": f"{F}/{L}",
         }
-        names |= {"area": area, "line force": f"{F}/{L}"}
+        if line:
+            names |= {"force": f"{F}/{L}", "moment": F, "area": L}
         return names.get(quantity, "1")
 
 
 def moved(quantity: str, shift: bool) -> str:
-    """What a quantity of the motion is: in rolling by the distance rolled, in a shift as it is."""
+    """The kind of a quantity of the motion: in rolling by the distance rolled, in a shift as it
+    is.
+    """
     return IN_MOTION.get(quantity, (quantity, quantity))[shift]
 
 
@@ -106,4 +111,6 @@ class Scales:
     @property
     def force(self) -> float:
         """[force]; in line contact [force/length]."""
-        return self.pressure * (self.length if self.line else self.length**2)
+        if self.line:
+            return self.pressure * self.length
+        return self.pressure * self.length**2
