@@ -1,4 +1,4 @@
-"""What the bodies are made of."""
+"""Materials of the bodies."""
 
 from __future__ import annotations
 

@@ -223,7 +223,8 @@ class Grid(
         >>> Grid(nx=3, ny=2, dx=0.5, dy=1.0, x0=0.0, y0=-1.0).divided((2, 5)).shape
         (4, 15)
         """
-        (dx, dy, x0, y0), (rows, columns) = self._lattice(), cells
+        dx, dy, x0, y0 = self._lattice()
+        rows, columns = cells
         parts = self._like(self.nx * columns, self.rows * rows, dx / columns, dy / rows, x0, y0)
         return replace(parts, edge="centres")
 

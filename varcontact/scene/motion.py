@@ -1,4 +1,4 @@
-"""How the bodies move over each other in one problem. Each motion checks itself."""
+"""Motions of the bodies over each other in one problem. Each motion checks itself."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from varcontact.errors import SceneError
 SPIN_OFFSET = 1 / 6
 
 SLIP_DIFFERENCES = {"first-order": SPIN_OFFSET, "second-order": 0.0}
-"""How the slip of steady rolling is a difference over a step, and the spin offset that goes with
+"""Differences over a step that give the slip of steady rolling, and the spin offset that goes with
 each."""
 
 
 def offset(field: str, value: Any) -> float:
     """A spin offset."""
-    found = number(field, value, "a number in [0, 1]")
-    if not 0 <= found <= 1:
+    checked = number(field, value, "a number in [0, 1]")
+    if not 0 <= checked <= 1:
         raise SceneError(field, value, "a number in [0, 1]")
-    return found
+    return checked
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,14 +255,15 @@ class TimeStep:
         """Rigid shift of body 1 over body 2 in the step (75), at `x`, `y` in units of `length`, (2,
         ...) [length].
         """
-        spin, turn = self.spin * length, self.rotation * length
+        spin = self.spin * length
+        turn = self.rotation * length
         along = x + self.spin_offset * self.direction * self.dq / length
         rolling = np.array([self.vx - spin * y, self.vy + spin * along]) * self.dq
         return rolling + np.array([self.ux - turn * y, self.uy + turn * x])
 
 
 Motion = Steady | Shift | TimeStep
-"""What a solution has: the motion of one problem."""
+"""The motion of one problem, as solutions have it."""
 
 
 def force_or_rigid(of: Callable[[str], Any], *names: str, at: str = "") -> None:

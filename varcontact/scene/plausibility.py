@@ -32,31 +32,42 @@ PASCALS = {
     ("in", "lbf"): 6894.757,
 }
 """Pascals in the units of pressure of some scenes."""
-DIMENSIONLESS = 100.0
+
+MODULUS_DIMENSIONLESS = 100.0
 """Moduli of rigidity below this, without units, are those of dimensionless scenes, in which strains
 may be large."""
-SOFTEST, STIFFEST = 1e5, 1e12
+
+MODULUS_MIN = 1e5
+MODULUS_MAX = 1e12
 """Moduli of rigidity between which solids lie, from gels to diamond [Pa]."""
+
 YOUNG = (
     ("steel", (195e9, 217e9), (0.25, 0.33), 80e9),
     ("aluminium", (68e9, 73e9), (0.32, 0.36), 26e9),
 )
 """Metals: ranges of Young's modulus [Pa] and Poisson's ratio, in which no solid has its modulus of
 rigidity; theirs."""
+
 PSI = 1.1e7, 1.3e7
-"""Modulus of rigidity of steel in pounds by square inch."""
+"""Modulus of rigidity of steel in pounds per square inch."""
+
 LARGE_RADIUS = 20.0
 """A radius of metres has fewer than this."""
+
 LARGE_INCHES = 150.0
-"""And one of inches fewer than this."""
+"""A radius of inches has fewer than this."""
+
 LARGE_CREEPAGE = 0.1
+
 LARGE_FRICTION = 2.0
 """Coefficients of dry solids are below this."""
+
 LARGE_SPIN = 1.0
 """Turn [rad] while the bodies roll over the contact's half length: rigid slip is then that many
 times the velocity."""
+
 LARGE_CONTACT = 0.5
-"""Semi-axis by radius of curvature: a half-space is far from such a body."""
+"""Semi-axis relative to the radius of curvature: a half-space is far from such a body."""
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:
@@ -81,39 +92,55 @@ def _modulus(scene: Scene) -> str:
     """A modulus that no solid has in the units named, or in pascals beside lengths in
     millimetres.
     """
-    G, units, smallest = scene.bodies.combined_G, scene.units, min(_radii(scene), default=0.0)
+    G = scene.bodies.combined_G
+    units = scene.units
     pascals = _pascals(units)
-    if pascals is not None and isinstance(units, Units) and not SOFTEST <= G * pascals <= STIFFEST:
-        than = "softer" if G * pascals < SOFTEST else "stiffer"
-        return f"G = {G:.4g} {units.of('pressure')} is {G * pascals:.2g} Pa, {than} than solids are"
-    if units is None and G >= 1e9 and smallest >= LARGE_RADIUS:
-        return f"G = {G:.4g} looks like pascals, a radius of {smallest:.4g} like millimetres"
-    if units is None and PSI[0] <= G <= PSI[1] and smallest >= LARGE_INCHES:
-        return f"G = {G:.4g} looks like pounds by square inch, a radius of {smallest:.4g} like millimetres"
+    if isinstance(units, Units) and pascals is not None:
+        given = f"G = {G:.4g} {units.of('pressure')} is {G * pascals:.2g} Pa"
+        if G * pascals < MODULUS_MIN:
+            return f"{given}, softer than solids are"
+        if not G * pascals <= MODULUS_MAX:
+            return f"{given}, stiffer than solids are"
+    if units is not None:
+        return ""
+    radius = min(_radii(scene), default=0.0)
+    if G >= 1e9 and radius >= LARGE_RADIUS:
+        return f"G = {G:.4g} looks like pascals, a radius of {radius:.4g} like millimetres"
+    if PSI[0] <= G <= PSI[1] and radius >= LARGE_INCHES:
+        return (
+            f"G = {G:.4g} looks like pounds by square inch, "
+            f"a radius of {radius:.4g} like millimetres"
+        )
     return ""
 
 
 def _metres(scene: Scene) -> str:
     """Radii of millimetres where the units are metres."""
-    units, smallest = scene.units, min(_radii(scene), default=0.0)
-    if not isinstance(units, Units) or units.length != "m" or smallest < LARGE_RADIUS:
+    units = scene.units
+    radius = min(_radii(scene), default=0.0)
+    if not isinstance(units, Units) or units.length != "m" or radius < LARGE_RADIUS:
         return ""
-    return f"the smallest radius of curvature is {smallest:.4g} m: it looks like millimetres"
+    return f"the smallest radius of curvature is {radius:.4g} m: it looks like millimetres"
 
 
 def _young(scene: Scene) -> str:
     """Young's modulus given as that of rigidity."""
-    bodies, smallest = scene.bodies, min(_radii(scene), default=0.0)
+    bodies = scene.bodies
     if not isinstance(bodies, Bodies):
         return ""
     pascals = _pascals(scene.units)
     if pascals is None:  # lengths may be of any unit, but for large radii, which are millimetres
-        pascals = PASCALS["mm", "N"] if smallest >= LARGE_RADIUS else PASCALS["m", "N"]
-    for G, nu in zip(*bodies.pairs, strict=True):
-        for name, (least, most), (low, high), rigidity in YOUNG:
-            if least <= G * pascals <= most and low <= nu <= high:
-                own = f"{rigidity / pascals:.2g}"
-                return f"G = {G:.4g} is Young's modulus of {name}, whose G is about {own}; give Bodies.from_young(E, nu)"
+        pascals = PASCALS["m", "N"]
+        if min(_radii(scene), default=0.0) >= LARGE_RADIUS:
+            pascals = PASCALS["mm", "N"]
+    (G1, G2), (nu1, nu2) = bodies.pairs
+    for G, nu in ((G1, nu1), (G2, nu2)):
+        for metal, (E_min, E_max), (nu_min, nu_max), rigidity in YOUNG:
+            if E_min <= G * pascals <= E_max and nu_min <= nu <= nu_max:
+                return (
+                    f"G = {G:.4g} is Young's modulus of {metal}, whose G is about "
+                    f"{rigidity / pascals:.2g}; give Bodies.from_young(E, nu)"
+                )
     return ""
 
 
@@ -123,16 +150,19 @@ def _large_contact(scene: Scene) -> str:
     if not radii or scene.hertz is None or _dimensionless(scene):
         return ""
     axes = scene.hertz.a, scene.hertz.b
-    part, size, radius = max(
-        (size / radius, size, radius) for size, radius in zip(axes, radii, strict=False)
+    ratio, axis, radius = max(
+        (axis / radius, axis, radius) for axis, radius in zip(axes, radii, strict=False)
     )
-    if not LARGE_CONTACT <= part < math.inf:
+    if not LARGE_CONTACT <= ratio < math.inf:
         return ""
-    name = "normal_force" if scene.approach is None else "approach"
-    words = (
-        f"{name} = {getattr(scene, name):.4g}: the contact's semi-axis {size:.4g} is {part:.2g} of"
+    if scene.approach is None:
+        load = f"normal_force = {scene.normal_force:.4g}"
+    else:
+        load = f"approach = {scene.approach:.4g}"
+    return (
+        f"{load}: the contact's semi-axis {axis:.4g} is {ratio:.2g} of the radius {radius:.4g}; "
+        "half-spaces stand for bodies much larger than it"
     )
-    return f"{words} the radius {radius:.4g}; half-spaces stand for bodies much larger than it"
 
 
 def _upside_down(scene: Scene) -> str:
@@ -143,8 +173,12 @@ def _upside_down(scene: Scene) -> str:
     if not isinstance(surface, SampledDistance) or min(surface.samples.shape[1:]) < 3:
         return ""
     h = surface.samples
-    inner = h[:, 1:-1] if surface.line else h[1:-1, 1:-1]
-    corners = h[:, [0, -1]] if surface.line else h[[0, 0, -1, -1], [0, -1, 0, -1]]
+    if surface.line:
+        inner = h[:, 1:-1]
+        corners = h[:, [0, -1]]
+    else:
+        inner = h[1:-1, 1:-1]
+        corners = h[[0, 0, -1, -1], [0, -1, 0, -1]]
     if inner.size == 0 or not inner.max() > h.min() or corners.max() > (inner.max() + h.min()) / 2:
         return ""
     if inner.min() < corners.max():
@@ -155,11 +189,15 @@ def _upside_down(scene: Scene) -> str:
 
 def _parts_in_history(scene: Scene) -> str:
     """Heights that part the bodies."""
-    heights = scene.motion.height_range if isinstance(scene.motion, Transient) else 0.0
-    if scene.approach is None or not 0 < scene.approach <= heights:
+    if scene.approach is None or not isinstance(scene.motion, Transient):
         return ""
-    words = f"carried heights of up to {heights:.4g} exceed the approach {scene.approach:.4g}"
-    return f"{words}: the bodies part, and forces are zero there"
+    heights = scene.motion.height_range
+    if not 0 < scene.approach <= heights:
+        return ""
+    return (
+        f"carried heights of up to {heights:.4g} exceed the approach {scene.approach:.4g}: "
+        "the bodies part, and forces are zero there"
+    )
 
 
 def _friction(scene: Scene) -> str:
@@ -181,20 +219,27 @@ def _creepage(scene: Scene) -> str:
     for name in ("vx", "vy"):
         largest = _largest(scene, name)
         if abs(largest) > LARGE_CREEPAGE:
-            return f"{name} = {largest:.4g}: creepages are mostly below {LARGE_CREEPAGE:g}, and are no per cents"
+            return (
+                f"{name} = {largest:.4g}: creepages are mostly below {LARGE_CREEPAGE:g}, "
+                "and are no per cents"
+            )
     return ""
 
 
 def _spin(scene: Scene) -> str:
     """A spin by which the contact turns more than it rolls on."""
-    spin, hertz = _largest(scene, "spin"), scene.hertz
+    spin = _largest(scene, "spin")
+    hertz = scene.hertz
     if spin == 0 or hertz is None or scene.line or scene.no_slip or _dimensionless(scene):
         return ""
     size = math.sqrt(hertz.a * hertz.b)
     if abs(spin) * size <= LARGE_SPIN:
         return ""
-    slip = f"the rigid slip at the edge of the contact, of radius {size:.4g}, is {abs(spin) * size:.3g} of the velocity"
-    return f"spin = {spin:.4g}: {slip}; spin is an angle by length, in the unit of the scene"
+    return (
+        f"spin = {spin:.4g}: the rigid slip at the edge of the contact, of radius {size:.4g}, "
+        f"is {abs(spin) * size:.3g} of the velocity; "
+        "spin is an angle by length, in the unit of the scene"
+    )
 
 
 def _sliding_strip(scene: Scene) -> str:
@@ -205,7 +250,10 @@ def _sliding_strip(scene: Scene) -> str:
         return ""
     if motion.Fx == 0 and not motion.Fy and not motion.rigid[1]:
         return ""
-    return "a smooth base bears no shear: either end of the strip is taken to bear half of a shear force"
+    return (
+        "a smooth base bears no shear: "
+        "either end of the strip is taken to bear half of a shear force"
+    )
 
 
 CHECKS: tuple[Callable[[Scene], str], ...] = (
@@ -230,15 +278,20 @@ def _radii(scene: Scene) -> list[float]:
 
 
 def _dimensionless(scene: Scene) -> bool:
-    return scene.units is None and scene.bodies.combined_G < DIMENSIONLESS
+    return scene.units is None and scene.bodies.combined_G < MODULUS_DIMENSIONLESS
 
 
 def _pascals(units: Units | None) -> float | None:
-    return PASCALS.get((units.length, units.force)) if isinstance(units, Units) else None
+    """Pascals in the unit of pressure, where it is known."""
+    if isinstance(units, Units):
+        return PASCALS.get((units.length, units.force))
+    return None
 
 
 def _largest_friction(scene: Scene) -> float:
-    """The largest coefficient, static of a law, of all steps; those of other bounds are not known beforehand."""
+    """The largest coefficient, static of a law, of all steps; those of other bounds are not known
+    beforehand.
+    """
     largest = 0.0
     for each in scene.frictions:
         if isinstance(each, Law):
@@ -253,4 +306,6 @@ def _largest(scene: Scene, name: str) -> float:
     motion = scene.motion
     if isinstance(motion, Transient):
         return float(max(motion.every(name), key=abs))
-    return float(getattr(motion, name)) if isinstance(motion, Steady | TimeStep) else 0.0
+    if isinstance(motion, Steady | TimeStep):
+        return float(getattr(motion, name))
+    return 0.0

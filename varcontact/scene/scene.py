@@ -1,4 +1,4 @@
-"""What the user says: bodies, surface, load, friction, motion, grid. Each class checks itself when
+"""The scene of a user: bodies, surface, load, friction, motion, grid. Each class checks itself when
 made.
 """
 

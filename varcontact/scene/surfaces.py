@@ -273,7 +273,10 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
                 )
             return self.samples
         left, right, bottom, top = self.box
-        slack = beyond + 1e-9 * (right - left if self.line else max(right - left, top - bottom))
+        size = right - left
+        if not self.line:
+            size = max(size, top - bottom)
+        slack = beyond + 1e-9 * size
         inside = left - slack <= grid.x[0] and grid.x[-1] <= right + slack
         if not (inside and bottom - slack <= grid.y[0] and grid.y[-1] <= top + slack):
             box = tuple(round(v, 12) for v in grid.box)
