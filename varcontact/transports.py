@@ -1,9 +1,9 @@
-"""Transports: a motion on a lattice, as solvers meet it, and how its particles carry fields.
+"""Transports: a motion on a lattice, as solvers meet it, and the fields that its particles carry.
 
 A displacement difference over a step of rolling is a stencil: distances ahead at
 which displacements are taken, and their weights. In steady rolling particles
-meet on their way what others meet now; in a step of a history what they had is
-known; a shift is a step in place.
+meet on their way the fields that others meet now; in a step of a history those
+of the step before are known; a shift is a step in place.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ docs/sampling.md.
 """
 
 Join = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""What a particle has after a step, from what it had and what the step does."""
+"""The value of a particle after a step, from that before and that of the step."""
 
 
 class Transport(Protocol):
@@ -40,11 +40,11 @@ class Transport(Protocol):
 
     @property
     def repeats(self) -> bool:
-        """Whether what leaves a step is what arrives: in steady rolling."""
+        """True where the same fields leave a step that arrive: in steady rolling."""
 
     @property
     def distance(self) -> float:
-        """Rolled in a step: positive towards positive x, zero in place."""
+        """Distance rolled in a step: positive towards positive x, zero in place."""
 
     @property
     def dx(self) -> float:
@@ -56,7 +56,7 @@ class Transport(Protocol):
 
     @property
     def stencil(self) -> Stencil:
-        """Over which displacements by unknown tractions are differences."""
+        """Stencil of the differences of displacements by unknown tractions."""
 
     @property
     def columns(self) -> float:
@@ -107,24 +107,24 @@ def mirrored(stencil: Stencil) -> Stencil:
 
 
 def along_rows(own: np.ndarray, columns: float, fresh: float, join: Join) -> np.ndarray:
-    """What particles have gathered on their way along the rows (..., ny, nx) in steady rolling.
+    """Values (..., ny, nx) that particles accumulate on their way along the rows in steady rolling.
 
-    From what a step does, joined with what they had one step of so many columns before; where steps
+    From the step's own values, joined with those one step of so many columns before; where steps
     are shorter than a column, one column before.
     """
     nx = own.shape[-1]
-    way = min(max(columns, 1.0), float(nx))
-    whole = int(way)
-    part = way % 1.0
+    columns = min(max(columns, 1.0), float(nx))
+    whole = int(columns)
+    part = columns % 1.0
     room = [(0, 0)] * (own.ndim - 1) + [(0, nx + 1)]
-    gathered = np.pad(own, room, constant_values=fresh)
+    values = np.pad(own, room, constant_values=fresh)
     for i in range(nx - 1, -1, -1):
-        before = gathered[..., i + whole]
-        if part:
+        before = values[..., i + whole]
+        if part > 0:
             # linear between the centres of two elements
-            before = before + part * (gathered[..., i + whole + 1] - before)
-        gathered[..., i] = join(before, gathered[..., i])
-    return np.asarray(gathered[..., :nx])
+            before = before + part * (values[..., i + whole + 1] - before)
+        values[..., i] = join(before, values[..., i])
+    return np.asarray(values[..., :nx])
 
 
 def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0) -> np.ndarray:

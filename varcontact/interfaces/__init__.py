@@ -1,1 +1,1 @@
-"""What acts between the bodies, as potentials of the traction: friction, its laws, layers, heat."""
+"""Interfaces of the bodies, as potentials of the traction: friction, its laws, layers, heat."""

@@ -58,9 +58,12 @@ class CarriedFriction(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = checks.array("friction.coefficient", self.coefficient, 1 if self.y is None else 2)
-        checks.require_all("friction.coefficient", given, given >= 0, "zero or positive")
-        object.__setattr__(self, "coefficient", given)
+        dimension = 1
+        if self.y is not None:
+            dimension = 2
+        values = checks.array("friction.coefficient", self.coefficient, dimension)
+        checks.require_all("friction.coefficient", values, values >= 0, "zero or positive")
+        object.__setattr__(self, "coefficient", values)
         _ = self._above_elsewhere  # which checks the places of the samples
 
     __repr__ = checks.short_entries

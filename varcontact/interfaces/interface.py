@@ -1,5 +1,4 @@
-"""The protocol of interfaces: what acts between the bodies, and what their particles remember of
-it.
+"""The protocol of interfaces: potentials of the traction, and the quantities that particles carry.
 
 An interface gives the potential of the traction under the fields that it needs.
 Fields that particles bring along from the step before have arrived; those that
@@ -35,8 +34,8 @@ class Quantity:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What an interface finds: the transport, the fields that have arrived, and the implicit ones
-    of this pass.
+    """Surroundings of an interface: the transport, the fields that have arrived, and the implicit
+    ones of this pass.
     """
 
     transport: Transport
@@ -46,9 +45,7 @@ class Surroundings:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What an interface is told of a contact: pressure, tractions, local shift E, and the bound of
-    friction.
-    """
+    """Response of a contact: pressure, tractions, local shift E, and the bound of friction."""
 
     pressure: np.ndarray
     traction: np.ndarray
@@ -61,11 +58,11 @@ class Interface(ABC):
 
     @property
     def carried(self) -> tuple[Quantity, ...]:
-        """What particles remember from step to step."""
+        """The quantities that particles carry from step to step."""
         return ()
 
     def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
-        """What the contact itself determines."""
+        """The quantities that the contact itself determines."""
         return ()
 
     @abstractmethod
@@ -77,7 +74,9 @@ class Interface(ABC):
         return {}
 
     def leave(self, response: Response, flowed: np.ndarray, at: Surroundings) -> Fields:
-        """What particles have at the end of a step in which the shift `flowed` (2, ny, nx)."""
+        """Quantities of the particles at the end of a step in which the shift `flowed`
+        (2, ny, nx).
+        """
         return {}
 
 
@@ -107,19 +106,19 @@ class Several(Interface):
         return tuple(each for part in self.parts for each in part.implicit(transport))
 
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
-        first, *others = (part.potential(pressure, at) for part in self.parts)
-        for other in others:
-            first = first & other
-        return first
+        combined = self.parts[0].potential(pressure, at)
+        for part in self.parts[1:]:
+            combined = combined & part.potential(pressure, at)
+        return combined
 
     def implied(self, response: Response, at: Surroundings) -> Fields:
-        return {
-            name: each for part in self.parts for name, each in part.implied(response, at).items()
-        }
+        fields: dict[str, np.ndarray] = {}
+        for part in self.parts:
+            fields.update(part.implied(response, at))
+        return fields
 
     def leave(self, response: Response, flowed: np.ndarray, at: Surroundings) -> Fields:
-        return {
-            name: each
-            for part in self.parts
-            for name, each in part.leave(response, flowed, at).items()
-        }
+        fields: dict[str, np.ndarray] = {}
+        for part in self.parts:
+            fields.update(part.leave(response, flowed, at))
+        return fields

@@ -24,8 +24,9 @@ def magnitude(vectors: np.ndarray) -> np.ndarray:
         return np.abs(vectors[0])
     with np.errstate(over="ignore"):
         size = np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
-    overflows = not np.isfinite(size.max(initial=0.0))
-    return np.asarray(np.hypot(vectors[0], vectors[1])) if overflows else size
+    if np.isfinite(size.max(initial=0.0)):
+        return size
+    return np.asarray(np.hypot(vectors[0], vectors[1]))
 
 
 def project(trial: np.ndarray, bound: np.ndarray) -> np.ndarray:
@@ -86,21 +87,22 @@ class Flow:
         """The flow with the threshold that trial tractions (c, ny, nx) raise along their rows."""
         if self.columns == 0:
             return self
-        way = max(self.columns, 1.0)
-        # by the part of a column that a step is
+        columns = max(self.columns, 1.0)
+        # steps shorter than a column: several of them harden a particle on its way through one
         hardening = self.hardening / min(self.columns, 1.0)
         fresh = float(self.threshold.min())
         ratio = 1 / hardening
 
-        def larger(before: np.ndarray, own: np.ndarray) -> np.ndarray:
+        def hardened(before: np.ndarray, own: np.ndarray) -> np.ndarray:
             flowing = (own[0] + ratio * before[0]) / (1 + ratio)
             return np.maximum(before[0], np.minimum(flowing, own[1]))
 
-        largest = along_rows(np.array([magnitude(trial), bound]), way, fresh, larger)[0]
-        return Flow(further_along(largest, way, fresh), hardening)
+        fields = np.array([magnitude(trial), bound])
+        largest = along_rows(fields, columns, fresh, hardened)[0]
+        return Flow(further_along(largest, columns, fresh), hardening)
 
     def on(self, elements: np.ndarray) -> Flow:
-        """That of some elements."""
+        """The flow of some elements."""
         return replace(self, threshold=self.threshold.ravel()[elements])
 
 
@@ -122,10 +124,10 @@ class FlowDerivative:
         outward = np.sum(self.direction * step, axis=0)
         turned = (self.along - self.across) * outward
         if self.columns > 0:
-            way = max(self.columns, 1.0)
+            columns = max(self.columns, 1.0)
             fields = np.array([outward, self.grows])
-            grown = along_rows(fields, way, 0.0, _last_growing)
-            turned = turned - self.along * further_along(grown[0], way, 0.0)
+            grown = along_rows(fields, columns, 0.0, _last_growing)
+            turned = turned - self.along * further_along(grown[0], columns, 0.0)
         return np.asarray(turned * self.direction + self.across * step)
 
 
@@ -136,7 +138,7 @@ def _last_growing(before: np.ndarray, own: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Potential:
-    """The potential phi in each element: the traction bound g, and what flows within it."""
+    """The potential phi in each element: the traction bound g, and the flow within it."""
 
     bound: np.ndarray
     flow: Flow | None = None
@@ -150,22 +152,25 @@ class Potential:
 
     @property
     def implicit(self) -> bool:
-        """Whether it depends on the tractions themselves: a threshold that they raise in steady
+        """True where it depends on the tractions themselves: a threshold that they raise in steady
         rolling.
         """
         return self.flow is not None and self.flow.columns > 0
 
     def on(self, elements: np.ndarray) -> Potential:
-        """That of some elements."""
-        return Potential(
-            self.bound.ravel()[elements], None if self.flow is None else self.flow.on(elements)
-        )
+        """The potential of some elements."""
+        flow = self.flow
+        if flow is not None:
+            flow = flow.on(elements)
+        return Potential(self.bound.ravel()[elements], flow)
 
     def sizes(self, size: np.ndarray, weight: float) -> np.ndarray:
         """Sizes of tractions from those of trial tractions ``p - E/weight``, before the bound
         limits them.
         """
-        return size if self.flow is None else self.flow.sizes(size, weight)
+        if self.flow is None:
+            return size
+        return self.flow.sizes(size, weight)
 
     def projected(self, trial: np.ndarray, weight: float) -> np.ndarray:
         """Tractions (c, ...) from trial tractions ``p - E/weight``: the proximal map of phi."""
@@ -175,50 +180,54 @@ class Potential:
         return _shortened(trial, size, np.minimum(self.flow.sizes(size, weight), self.bound))
 
     def slips(self, trial: np.ndarray, weight: float) -> np.ndarray:
-        """Where trial tractions ``p - E/weight`` are beyond the bound."""
+        """Mask of the trial tractions ``p - E/weight`` that are beyond the bound."""
         beyond: np.ndarray = self.sizes(magnitude(trial), weight) > self.bound
         return beyond
 
     def flowed(self, traction: np.ndarray) -> np.ndarray | float:
         """The shift (c, ...) that flows within the bound."""
-        return 0.0 if self.flow is None else self.flow.shift(traction)
+        if self.flow is None:
+            return 0.0
+        return self.flow.shift(traction)
 
     def shares(self, traction: np.ndarray, shift: np.ndarray) -> np.ndarray:
-        """What each element has of the duality gap, ``p'E + phi(p) + phi*(-E)``, (n,), without its
+        """Shares of the elements in the duality gap, ``p'E + phi(p) + phi*(-E)``, (n,), without its
         cancellation.
 
         Without a flow ``g |E| + p'E = (g - |p|) |E| + (|p| |E| + p'E)``. Where the traction goes
         against the shift, the second part is the square of their vector product divided by ``|p|
-        |E| - p'E``: a traction turned by 1e-9 is seen, though the cosine of that is one. Where it
-        flows, the square of what ``|p|`` is off ``threshold + k |E|``, divided by 2 k.
+        |E| - p'E``: it shows a traction turned by 1e-9, though the cosine of that is one. Where it
+        flows, the square of the difference between ``|p|`` and ``threshold + k |E|``, divided by
+        2 k.
         """
         size = magnitude(traction)
         length = magnitude(shift)
-        along = np.sum(traction * shift, axis=0)
-        most = size * length
-        across = np.zeros_like(size)
+        # |p| |E| + p'E
+        dot = np.sum(traction * shift, axis=0)
+        product = size * length
+        cross = np.zeros_like(size)
         if len(traction) == 2:
-            across = traction[0] * shift[1] - traction[1] * shift[0]
-        against = along < 0
-        turned = np.where(
-            against, across * (across / np.where(against, most - along, 1.0)), most + along
-        )
+            cross = traction[0] * shift[1] - traction[1] * shift[0]
+        against = dot < 0
+        small = cross * (cross / np.where(against, product - dot, 1.0))
+        turned = np.where(against, small, product + dot)
+        # the rest without a flow, by the slack of the bound
         if self.flow is None:
             return np.asarray(_slack(self.bound, size) * length + turned)
+        # with a flow, by the slack of the hardened threshold and the error of the flow
         k = self.flow.hardening
         threshold = self.flow.threshold
         hardened = np.minimum(k * length, np.maximum(self.bound - threshold, 0.0))
         excess = size - threshold
-        slips = length > hardened / k
-        off = (hardened - np.maximum(excess, 0.0)) ** 2 + 2 * hardened * np.maximum(-excess, 0.0)
+        beyond = (hardened - np.maximum(excess, 0.0)) ** 2
+        below = 2 * hardened * np.maximum(-excess, 0.0)
         slack = _slack(np.minimum(self.bound, threshold + hardened), size)
-        return np.asarray(
-            slack * np.where(slips, length - hardened / k, 0.0) + off / (2 * k) + turned
-        )
+        slip = np.where(length > hardened / k, length - hardened / k, 0.0)
+        return np.asarray(slack * slip + (beyond + below) / (2 * k) + turned)
 
 
 def _slack(bound: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """What sizes of tractions leave of a bound; rounding counts as nothing."""
+    """Differences between a bound and sizes of tractions; zero for rounding."""
     with np.errstate(invalid="ignore"):  # infinite bounds
-        left = bound - size
-        return np.where(np.abs(left) <= ROUNDING * bound, 0.0, left)
+        slack = bound - size
+        return np.where(np.abs(slack) <= ROUNDING * bound, 0.0, slack)

@@ -24,11 +24,11 @@ DISPLACEMENT = "plastic_displacement"
 
 @dataclass(frozen=True)
 class YieldingLayer(Interface):
-    """A layer that yields, dimensionless: the stress of fresh material, and how it changes with the
-    plastic shift.
+    """A layer that yields, dimensionless: the stress of fresh material, and its change per plastic
+    shift.
 
     With a positive `hardening` elements flow within the bound of friction. Otherwise the yield
-    stress is a bound like that of friction, and what flows is the whole shift.
+    stress is a bound like that of friction, and the whole shift flows.
     """
 
     fresh_stress: float
@@ -36,15 +36,14 @@ class YieldingLayer(Interface):
 
     @classmethod
     def of(cls, layer: ThirdBody, scales: Scales) -> YieldingLayer:
-        return cls(
-            layer.tau_c0 / scales.pressure, layer.k_tau * scales.displacement / scales.pressure
-        )
+        hardening = layer.k_tau * scales.displacement / scales.pressure
+        return cls(layer.tau_c0 / scales.pressure, hardening)
 
     @property
     def carried(self) -> tuple[Quantity, ...]:
-        return Quantity(DISPLACEMENT, "length", 0.0), Quantity(
-            YIELD_STRESS, "stress", self.fresh_stress
-        )
+        displacement = Quantity(DISPLACEMENT, "length", 0.0)
+        stress = Quantity(YIELD_STRESS, "stress", self.fresh_stress)
+        return displacement, stress
 
     def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
         """The yield stress, where tractions change it in the same step: by softening, or along rows
@@ -57,12 +56,13 @@ class YieldingLayer(Interface):
 
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
         stress = at.implicit.get(YIELD_STRESS)
-        follows = stress is None and at.transport.repeats
+        columns = 0.0
         if stress is None:
             stress = self._arrived_stress(pressure.shape, at)
+            if at.transport.repeats:  # it follows from the tractions
+                columns = at.transport.columns
         if self.hardening <= 0:
             return Potential(stress)
-        columns = at.transport.columns if follows else 0.0
         return Potential(np.full(pressure.shape, np.inf), Flow(stress, self.hardening, columns))
 
     def implied(self, response: Response, at: Surroundings) -> Fields:
@@ -91,7 +91,7 @@ class YieldingLayer(Interface):
         return {DISPLACEMENT: flowed, YIELD_STRESS: stress}
 
     def _arrived_stress(self, shape: tuple[int, ...], at: Surroundings) -> np.ndarray:
-        """The yield stress at the beginning of a step: what particles bring along, else that of
-        fresh material.
+        """The yield stress at the beginning of a step: of arriving particles, else of fresh
+        material.
         """
         return at.arrived.get(YIELD_STRESS, np.full(shape, self.fresh_stress))

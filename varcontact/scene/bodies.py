@@ -424,10 +424,11 @@ class BodyPair:
         there.
         """
         for body in (self.upper, self.lower):
-            base = body
             if isinstance(body, Layered):
-                base = body.base
-            if not isinstance(base, str):
+                rests = isinstance(body.base, str)
+            else:
+                rests = isinstance(body, str)
+            if not rests:
                 return False
         return True
 
