@@ -29,6 +29,7 @@ from varcontact.solvers.batched.transforms import (
     rows_then_columns,
     transforms,
 )
+from varcontact.solvers.newton.gcr import LENGTH_MIN
 from varcontact.solvers.newton.globalisation import STEP_PARTS, dot
 from varcontact.solvers.newton.kernel import STICK_SHIFT
 from varcontact.solvers.newton.tangential import LEAST_SHIFT, NEARLY_STICK
@@ -74,9 +75,7 @@ def solve_batch(
         return whole
     problem = problem.within(*inside)
     out = whole.within(*inside)
-    if start is not None:
-        start = start[0][:, *inside], start[1]
-    traction, rigid = _first_guess(problem, start)
+    traction, rigid = _first_guess(problem, start, inside)
     ny, nx, n = problem.bound.shape
     method = Method(problem, transforms(ny, nx, problem.steps_ahead))
     places = max(1, min(n, POOL // (ny * nx)))
@@ -111,13 +110,16 @@ def solve_batch(
 
 
 def _first_guess(
-    problem: BatchedProblem, start: tuple[np.ndarray, np.ndarray] | None
+    problem: BatchedProblem,
+    start: tuple[np.ndarray, np.ndarray] | None,
+    inside: tuple[slice, slice],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and rigid shifts of the start or from elements twice as large; zero on few
-    elements.
+    """Tractions and rigid shifts of the start, `inside` its elements, or from elements twice as
+    large; zero on few elements.
     """
     if start is not None:
-        return project(start[0], problem.bound), start[1]
+        traction, rigid = start
+        return project(traction[:, *inside], problem.bound), rigid
     ny, nx, n = problem.bound.shape
     if nx < 2 * COARSE_SIDE_MIN or not (problem.line or ny >= 2 * COARSE_SIDE_MIN):
         return np.zeros(problem.rigid_shift.shape), np.zeros((2, n))
@@ -423,17 +425,7 @@ class Method:
             if border is not None:
                 rows += rigid[0] * border.columns[0] + rigid[1] * border.columns[1]
                 sums = border.sums(self, step)
-            # orthogonal to the images of earlier directions, and of unit length
-            row: list[np.ndarray] = []
-            for earlier_rows, earlier_sums in directions:
-                along = inner(earlier_rows, rows) + dot(earlier_sums, sums)
-                rows -= along * earlier_rows
-                sums = sums - along * earlier_sums
-                row.append(along)
-            length = np.sqrt(inner(rows, rows) + dot(sums, sums))
-            inverse = (length > 1e-7) / np.maximum(length, np.float32(1e-7))
-            rows *= inverse
-            sums = sums * inverse
+            rows, sums, column = _orthonormal(rows, sums, directions)
             # what it takes off the residual
             part = inner(rows, rest) + dot(sums, rest_of_forces)
             rest -= part * rows
@@ -441,16 +433,12 @@ class Method:
             steps.append(step)
             images.append(image)
             directions.append((rows, sums))
-            triangle.append([*row, np.maximum(length, np.float32(1e-7))])
+            triangle.append(column)
             parts.append(part)
             missed = np.sqrt(inner(rest, rest) + dot(rest_of_forces, rest_of_forces)) > tolerance
             if missed.sum() <= MISSED_PART * pool.size:
                 break
-        # back substitution: parts of the directions
-        for i in range(len(parts) - 1, -1, -1):
-            for j in range(i + 1, len(parts)):
-                parts[i] = parts[i] - triangle[j][i] * parts[j]
-            parts[i] = parts[i] / triangle[i][i]
+        parts = _back_substituted(triangle, parts)
 
         def combined(vectors: list[np.ndarray]) -> np.ndarray:
             return np.asarray(sum(map(np.multiply, parts, vectors)) * scale)
@@ -489,6 +477,37 @@ class Method:
         pool.rigid[...] += length * rigid
         pool.steps[...] += 1
         return best
+
+
+def _orthonormal(
+    rows: np.ndarray, sums: np.ndarray, directions: list[tuple[np.ndarray, np.ndarray]]
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """An image made orthogonal to those of earlier directions and of unit length, and its column of
+    the triangle of products.
+    """
+    column: list[np.ndarray] = []
+    for earlier_rows, earlier_sums in directions:
+        along = inner(earlier_rows, rows) + dot(earlier_sums, sums)
+        rows -= along * earlier_rows
+        sums = sums - along * earlier_sums
+        column.append(along)
+    length = np.sqrt(inner(rows, rows) + dot(sums, sums))
+    divisor = np.maximum(length, np.float32(LENGTH_MIN))
+    inverse = (length > LENGTH_MIN) / divisor
+    rows *= inverse
+    return rows, sums * inverse, [*column, divisor]
+
+
+def _back_substituted(
+    triangle: list[list[np.ndarray]], right: list[np.ndarray]
+) -> list[np.ndarray]:
+    """Solution of the upper triangle that has these columns."""
+    parts = list(right)
+    for i in range(len(parts) - 1, -1, -1):
+        for j in range(i + 1, len(parts)):
+            parts[i] = parts[i] - triangle[j][i] * parts[j]
+        parts[i] = parts[i] / triangle[i][i]
+    return parts
 
 
 @dataclass(frozen=True, eq=False)

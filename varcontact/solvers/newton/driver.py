@@ -270,7 +270,7 @@ def newton(
         if now.residual <= goal:
             at = _admissible(conditions, at, finest)
             best = at
-            error = 0.0 if finest is None else finest.error(at)
+            error = _error(at, finest)
             if error <= tol:
                 return at, "Solved", count
             goal *= min(0.3 * tol / error, 0.3)
@@ -293,6 +293,11 @@ def newton(
         at = replace(at, noise=noise)
         now = measure
     return _admissible(conditions, best, finest), "MaxIterations", max_steps
+
+
+def _error(at: Point, finest: Problem[C] | None) -> float:
+    """Error as a certificate has it; zero on coarse grids."""
+    return 0.0 if finest is None else finest.error(at)
 
 
 def _gcr_tol(residual: float, previous_residual: float, goal: float, linear: bool) -> float:

@@ -105,6 +105,43 @@ def room_for(size: int, forces: Forces) -> Room:
     return directions, products, images
 
 
+@dataclass(frozen=True, eq=False)
+class _Border:
+    """Prescribed forces in a Newton step's equations: columns of the unknown uniform shifts, steps
+    by these, and the inverse of the sums that the steps have.
+    """
+
+    forces: Forces
+    columns: list[np.ndarray]
+    steps: list[np.ndarray]
+    inverse: np.ndarray
+
+    @classmethod
+    def of(cls, system: System, forces: Forces) -> _Border:
+        columns = [system.border(i) for i in forces.components]
+        steps = [system.precondition(column) for column in columns]
+        sums = [_weighted_sums(forces, step) for step in steps]
+        complement = np.array(sums, dtype=float).reshape(len(steps), len(steps)).T
+        inverse = np.full_like(complement, np.nan)
+        if np.isfinite(complement).all():
+            inverse = np.linalg.pinv(complement)
+        return cls(forces, columns, steps, inverse)
+
+    def sums(self, step: np.ndarray) -> np.ndarray:
+        return _weighted_sums(self.forces, step)
+
+    def balanced(self, direction: np.ndarray, lacking: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A direction and the uniform shifts with which it has the forces that lack."""
+        shifts = self.inverse @ (self.sums(direction) - lacking)
+        for shift, step in zip(shifts, self.steps, strict=True):
+            direction = direction - np.float32(shift) * step
+        return direction, shifts
+
+
+def _weighted_sums(forces: Forces, step: np.ndarray) -> np.ndarray:
+    return (forces.weight * forces.of(step)).astype(np.float32)
+
+
 def gcr(
     system: System, kernel: Product, forces: Forces, lacking: np.ndarray, tol: float, room: Room
 ) -> Step:
@@ -128,31 +165,19 @@ def gcr(
     rigid = np.zeros((most, k))
     triangle = np.zeros((most, most))
     along = np.zeros(most)
-
-    def sums(step: np.ndarray) -> np.ndarray:
-        return (forces.weight * forces.of(step)).astype(np.float32)
-
-    # prescribed forces: steps by uniform shifts, and the shifts that balance their sums
-    borders = [system.border(i) for i in forces.components]
-    steps = [system.precondition(border) for border in borders]
-    complement = np.array([sums(step) for step in steps], dtype=float).reshape(k, k).T
-    inverse = np.full_like(complement, np.nan)
-    if np.isfinite(complement).all():
-        inverse = np.linalg.pinv(complement)
+    border = _Border.of(system, forces)
     count = 0
     while count < most and float(np.linalg.norm(residual)) > tol:
         # a direction that keeps the forces, and what the equations make of it
         direction = system.precondition(residual[:size].reshape(shape))
-        shifts = inverse @ (sums(direction) - residual[size:])
-        for shift, step in zip(shifts, steps, strict=True):
-            direction = direction - np.float32(shift) * step
+        direction, shifts = border.balanced(direction, residual[size:])
         product = kernel(direction)
         rows = system.rows(product, direction)
-        for shift, border in zip(shifts, borders, strict=True):
-            rows += np.float32(shift) * border
+        for shift, column in zip(shifts, border.columns, strict=True):
+            rows += np.float32(shift) * column
         image = images[count]
         image[:size] = rows.ravel()
-        image[size:] = sums(direction)
+        image[size:] = border.sums(direction)
         # orthogonal to earlier images, and of unit length
         earlier = images[:count]
         projections = earlier @ image
