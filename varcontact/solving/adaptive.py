@@ -101,7 +101,8 @@ class GridLevel:
     @classmethod
     def of(cls, n: int, answer: Answer, seconds: float, target: Target) -> GridLevel:
         """Of a history the patches are those of the step with the largest contact."""
-        judged, unjudged = values(answer), {}
+        judged = values(answer)
+        unjudged = {}
         largest = (
             max(answer, key=lambda sol: sol.areas["contact"])
             if isinstance(answer, History)
@@ -136,7 +137,8 @@ def solve(scene: Scene, options: SolveOptions) -> Answer:
     into memory, or a solver misses its tolerance there. A `SceneError` if a history is not solved
     in time on the coarsest grids.
     """
-    target, started = options.target, time.perf_counter()
+    target = options.target
+    started = time.perf_counter()
     assert target is not None
     if options.plan.closed_form and not options.plan.has_friction:
         return _closed_form(scene, options)
@@ -157,7 +159,8 @@ def solve(scene: Scene, options: SolveOptions) -> Answer:
                 raise
             allowed = "more seconds, or an accuracy: even the coarsest grids, which tell the error, take longer"
             raise SceneError("time_budget", budget, allowed) from None
-        last, few = levels[-1], len(levels) < GRIDS
+        last = levels[-1]
+        few = len(levels) < GRIDS
         if not few:
             estimates.append(estimated(levels, target))
             if target.accuracy is not None and estimates[-1].largest <= target.accuracy:
@@ -194,7 +197,8 @@ def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
     Rolling takes differences of the second order, but of layers that harden, and more elements
     along x; under Hertz's pressure elements at the contact's edge count in part.
     """
-    motion, rolls = scene.motion, isinstance(scene.motion, Steady)
+    motion = scene.motion
+    rolls = isinstance(scene.motion, Steady)
     edge: Edge = "centres"
     if closed_form and motion is not None and (rolls or not scene.line):
         edge = "softened" if rolls and not scene.hardens else "touched"
@@ -228,11 +232,13 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     its elements.
     """
     first, *_, fine = tried = levels[-GRIDS:]
-    per, order = units(fine.answer) | fine.unjudged, 1.0 if fine.answer.scene.hardens else ORDER
+    per = units(fine.answer) | fine.unjudged
+    order = 1.0 if fine.answer.scene.hardens else ORDER
     narrow = first.unresolved(target.accuracy)
     across_peak = next((each.across for each in fine.patches if each.peak), fine.n)
     found = [level.values | level.unjudged for level in tried]
-    best, errors = dict(found[-1]), {}
+    best = dict(found[-1])
+    errors = {}
     for name in (name for name in found[-1] if name in found[-2]):
         known = [k for k, level in enumerate(found) if name in level]
         value, error = richardson(
@@ -245,7 +251,8 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
         missed = sum(
             (1.0 if of_peak and each.peak else each.share) / each.across for each in narrow
         )
-        best[name], errors[name] = float(value), float(error) / per[name] + floor + missed
+        best[name] = float(value)
+        errors[name] = float(error) / per[name] + floor + missed
     bars = {name: error * per[name] for name, error in errors.items()}
     *coarser, finest = (f"{level.n:.0f}" for level in tried)
     grids = f"{', '.join(coarser)} and {finest} elements across the contact"
@@ -307,7 +314,8 @@ def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> in
     narrowest = min(
         (each.across for each in last.unresolved(options.target.accuracy)), default=NARROWEST
     )
-    usual, n = math.ceil(last.n * RATIO), math.ceil(last.n * max(RATIO, NARROWEST / narrowest))
+    usual = math.ceil(last.n * RATIO)
+    n = math.ceil(last.n * max(RATIO, NARROWEST / narrowest))
     return usual if few and n > usual and not _fits(scene, options, n) else n
 
 
@@ -319,11 +327,9 @@ def _level(
 
     Coarse grids have no certificate; a grid begins from the one before.
     """
-    started, before, final = (
-        time.perf_counter(),
-        levels[-1].answer if levels else None,
-        len(levels) + 1 >= GRIDS,
-    )
+    started = time.perf_counter()
+    before = levels[-1].answer if levels else None
+    final = len(levels) + 1 >= GRIDS
     near = before if isinstance(before, Solution) else None
 
     def tell(stage: str) -> None:
@@ -362,10 +368,8 @@ def _patches(sol: Solution) -> tuple[Patch, ...]:
         patch = labels == number
         places = np.argwhere(patch)[:, 1:] if sol.grid.line else np.argwhere(patch)
         variances = np.linalg.eigvalsh(np.atleast_2d(np.cov(places, rowvar=False, bias=True)))
-        share, peak = (
-            sol.pressure[patch].sum() / sol.pressure.sum(),
-            sol.pressure[patch].max() == sol.pressure.max(),
-        )
+        share = sol.pressure[patch].sum() / sol.pressure.sum()
+        peak = sol.pressure[patch].max() == sol.pressure.max()
         found.append(Patch(4 * math.sqrt(variances[0] + 1 / 12), float(share), bool(peak)))
     return tuple(found)
 
@@ -384,7 +388,8 @@ def _size(scene: Scene, options: SolveOptions, n: float) -> tuple[int, float]:
     of two histories.
     """
     on_grid = gridded(scene, options.plan.closed_form, math.ceil(n))
-    elements, plan = given_grid(on_grid).size, options.plan_for(on_grid)
+    elements = given_grid(on_grid).size
+    plan = options.plan_for(on_grid)
     pressures = 0.0 if plan.closed_form else peak(plan.normal, "", elements)
     tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.has_friction else 0.0
     kept = bytes_of_steps(scene.motion, elements) if isinstance(scene.motion, Transient) else 0.0
@@ -427,7 +432,8 @@ def _closed_form(scene: Scene, options: SolveOptions) -> Answer:
     }
     best = values(answer) | peaks
     solves = (Solve(answer.grid.nx, answer.grid.rows, time.perf_counter() - started),)
-    how, target = "Hertz's pressure and approach are exact in the continuum", options.target
+    how = "Hertz's pressure and approach are exact in the continuum"
+    target = options.target
     assert target is not None
     exact = dict.fromkeys(best, 0.0)
     return with_values(
@@ -448,7 +454,8 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
     known = estimate.values
     # where the pressure bears a part of Fy
     if {"Fx", "Fy"} <= set(known) and not answer.scene.conformal:
-        size, limit = math.hypot(known["Fx"], known["Fy"]), friction_limit(answer)
+        size = math.hypot(known["Fx"], known["Fy"])
+        limit = friction_limit(answer)
         # extrapolated, a force may be beyond what friction carries
         part = limit / size if size > limit else 1.0
         known = known | {name: part * known[name] for name in ("Fx", "Fy")}

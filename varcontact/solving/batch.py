@@ -127,7 +127,9 @@ def march_batches(
     the step before.
     """
     grids = {k: grid for k in some if (grid := _grid_of_history(scenes[k])) is not None}
-    left, before, found = list(grids), None, list[Figures]()
+    left = list(grids)
+    before = None
+    found = list[Figures]()
     for step in range(scenes[0].motion.steps):
         now = [
             scenes[k].step(step, grids[k]) if k in left else scenes[k] for k in range(len(scenes))
@@ -135,13 +137,15 @@ def march_batches(
         kept: Fields = {}
         figures, solved = _on_grids(now, left, tol, kept, before=before)
         found.append(figures)
-        left, before = np.flatnonzero(solved).tolist(), kept
+        left = np.flatnonzero(solved).tolist()
+        before = kept
     return {name: np.stack([each[name] for each in found], axis=-1) for name in FIGURES}, solved
 
 
 def _grid_of_history(scene: Scene[Transient]) -> Grid | None:
     """The grid of a history for batches; None of others."""
-    motion, grid = scene.motion, scene.grid
+    motion = scene.motion
+    grid = scene.grid
     frictions = [scene.friction, *(each for each in motion.every("friction") if each is not None)]
     alone = motion.control is not None or motion.start is not None or motion.heights or scene.line
     if (
@@ -176,11 +180,10 @@ def _on_grids(
     near: Near | None = None,
     before: Fields | None = None,
 ) -> tuple[Figures, np.ndarray]:
-    figures, solved = (
-        {name: np.full(len(scenes), math.nan) for name in FIGURES},
-        np.zeros(len(scenes), bool),
-    )
-    fit, groups = [k for k in some if fits(scenes[k])], dict[_Kind, list[_Member]]()
+    figures = {name: np.full(len(scenes), math.nan) for name in FIGURES}
+    solved = np.zeros(len(scenes), bool)
+    fit = [k for k in some if fits(scenes[k])]
+    groups = dict[_Kind, list[_Member]]()
     for number, hertz in zip(fit, _contacts([scenes[k] for k in fit]), strict=True):
         member = None if hertz is None else _member(number, scenes[number], hertz)
         if member is not None:
@@ -220,7 +223,8 @@ def _to_accuracy(
         levels = [*levels, (n, found)][-GRIDS:]
         if len(levels) == GRIDS:
             limit, units = _units(on_grid)
-            best, errors = dict(found), {}
+            best = dict(found)
+            errors = {}
             for name, unit in units.items():
                 value, error = richardson(
                     [one[name] for _, one in levels], [across for across, _ in levels]
@@ -260,9 +264,11 @@ def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
     """The friction limit, and what an error of one is, of the values that a scene does not
     prescribe; NaN of others.
     """
-    limits, found = np.zeros(len(scenes)), {name: np.full(len(scenes), math.nan) for name in VALUES}
+    limits = np.zeros(len(scenes))
+    found = {name: np.full(len(scenes), math.nan) for name in VALUES}
     for k, scene in enumerate(scenes):
-        hertz, motion = scene.hertz, scene.motion
+        hertz = scene.hertz
+        motion = scene.motion
         assert isinstance(hertz, HertzContact)
         assert isinstance(scene.friction, float)
         limits[k] = scene.friction * hertz.force
@@ -316,7 +322,8 @@ def fits(scene: Scene) -> bool:
         return False
     if scene.third_body is not None or scene.bodies.coupled:
         return False
-    motion, friction = scene.motion, scene.friction
+    motion = scene.motion
+    friction = scene.friction
     if isinstance(friction, Law):
         if friction.local or friction.memory_distance > 0 or friction.kinetic == 0:
             return False
@@ -340,10 +347,8 @@ def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
         ]
         if not some:
             continue
-        bodies, force = (
-            [scenes[k].bodies for k in some],
-            np.array([scenes[k].normal_force for k in some], dtype=float),
-        )
+        bodies = [scenes[k].bodies for k in some]
+        force = np.array([scenes[k].normal_force for k in some], dtype=float)
         G, nu = (
             np.array([getattr(each, f"combined_{name}") for each in bodies]) for name in ("G", "nu")
         )
@@ -351,7 +356,8 @@ def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
         one, other = (np.array([getattr(scenes[k].surface, name) for k in some]) for name in names)
         with np.errstate(all="ignore"):
             a, b = (one, other) if kind is Ellipse else semi_axes(one, other, G, nu, force)
-            approach, peak = approaches(a, b, G, nu, force), 1.5 * force / (math.pi * a * b)
+            approach = approaches(a, b, G, nu, force)
+            peak = 1.5 * force / (math.pi * a * b)
         columns = np.stack([a, b, approach, force, peak, np.full_like(a, math.nan)]).tolist()
         for k, ak, bk, dk, Fk, pk, R in zip(some, *columns, strict=True):
             found[k] = HertzContact(ak, bk, dk, Fk, pk, R, R)
@@ -362,7 +368,8 @@ def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
 
 def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     """A scene as one of a batch, or None where its grid is not for one."""
-    grid, motion = given_grid(scene), scene.motion
+    grid = given_grid(scene)
+    motion = scene.motion
     shape = shape_with_margin(grid)
     if (grid.explicit and grid.edge != "centres") or math.prod(shape) > (
         MOST_IN_LINE if grid.line else MOST_ELEMENTS
@@ -370,7 +377,8 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
         return None
     if grid.explicit and not _holds(grid, hertz):
         return None
-    difference, ahead = motion.slip_difference if isinstance(motion, Steady) else None, 0.0
+    difference = motion.slip_difference if isinstance(motion, Steady) else None
+    ahead = 0.0
     if isinstance(motion, TimeStep):
         ahead = motion.direction * motion.dq / grid.sides[0]
         if abs(ahead - round(ahead)) > WHOLE or abs(ahead) > grid.nx:
@@ -398,7 +406,9 @@ def _across_circle(grid: Grid) -> tuple[Grid, np.ndarray, np.ndarray]:
 
 def _elements(scene: Scene, hertz: HertzContact) -> tuple[np.ndarray, ...]:
     """Sides, x and y of the elements, and their parts of the load."""
-    grid, a, b = given_grid(scene), hertz.a, hertz.b
+    grid = given_grid(scene)
+    a = hertz.a
+    b = hertz.b
     if not grid.explicit:
         lattice, share, _ = _across_circle(grid)
         scale = np.array([a, 0.0 if grid.line else b])
@@ -429,38 +439,34 @@ def _solve_group(
     """The figures of scenes of like kinds, and which of them are solved; `before` are the fields of
     the step before.
     """
-    kind, contacts, scenes = (
-        members[0].kind,
-        [each.hertz for each in members],
-        [each.scene for each in members],
-    )
+    kind = members[0].kind
+    contacts = [each.hertz for each in members]
+    scenes = [each.scene for each in members]
     force = np.array([contact.force for contact in contacts])
     G, nu = (
         np.array([getattr(each.bodies, f"combined_{name}") for each in scenes])
         for name in ("G", "nu")
     )
     n, (ny, nx) = len(members), np.max([each.shape for each in members], axis=0).tolist()
-    sides, x, y, share = (
-        np.empty((2, n)),
-        np.zeros((nx, n)),
-        np.zeros((ny, n)),
-        np.zeros((ny, nx, n)),
-    )
+    sides = np.empty((2, n))
+    x = np.zeros((nx, n))
+    y = np.zeros((ny, n))
+    share = np.zeros((ny, nx, n))
     for j, (scene, contact) in enumerate(zip(scenes, contacts, strict=True)):
         sides[:, j], own_x, own_y, own = _elements(scene, contact)
-        x[: own_x.size, j], y[: own_y.size, j], share[: own_y.size, : own_x.size, j] = (
-            own_x,
-            own_y,
-            own,
-        )
+        x[: own_x.size, j] = own_x
+        y[: own_y.size, j] = own_y
+        share[: own_y.size, : own_x.size, j] = own
     dx, dy = sides
     steps = [scene.motion.step(length) for scene, length in zip(scenes, dx.tolist(), strict=True)]
-    area, step = dx * dy, np.array([each.dq or 1.0 for each in steps])
+    area = dx * dy
+    step = np.array([each.dq or 1.0 for each in steps])
     vx, vy, spin = np.array([each.rigid for each in steps]).T
     sampled = np.array([each.spin * each.spin_offset * each.direction * each.dq for each in steps])
     given = np.array([[each.Fx, each.Fy] for each in steps], dtype=float).T  # NaN for None
     W = np.empty((2, *share.shape))
-    W[0], W[1] = (vx - spin * y[:, None]) * step, (vy + spin * x + sampled) * step
+    W[0] = (vx - spin * y[:, None]) * step
+    W[1] = (vy + spin * x + sampled) * step
     laws = [scene.friction for scene in scenes]
     friction = np.array([law.static if isinstance(law, Law) else law for law in laws])
     bound = share * (friction * force / area)
@@ -532,11 +538,9 @@ def _under_laws(
     See `friction_law`, which those that do not settle are left to. `step` is the shift of unit
     slip.
     """
-    whole, part, left = (
-        BatchedSolution.unsolved(problem),
-        np.ones_like(problem.bound),
-        np.arange(len(laws)),
-    )
+    whole = BatchedSolution.unsolved(problem)
+    part = np.ones_like(problem.bound)
+    left = np.arange(len(laws))
     for _ in range(PASSES):
         of_left = problem.of(left)
         pressed = of_left.bound

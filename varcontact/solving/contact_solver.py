@@ -114,7 +114,8 @@ class ContactSolver:
                 )
             pressure = np.zeros(disc.grid.size)
             pressure[elements] = raw.traction
-            pressure, approach = pressure.reshape(disc.grid.shape), float(raw.rigid[0])
+            pressure = pressure.reshape(disc.grid.shape)
+            approach = float(raw.rigid[0])
             return replace(
                 state, pressure=pressure, approach=approach, **answered(state, "normal", raw)
             )
@@ -182,13 +183,12 @@ class ContactSolver:
         """The tractions under the implicit fields as they are."""
         marches = self.plan.formulation == "marching"
         problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=marches)
-        size, limit = (
-            math.hypot(*(force or 0.0 for force in problem.force)),
-            problem.area * float(problem.bound.sum()),
-        )
+        size = math.hypot(*(force or 0.0 for force in problem.force))
+        limit = problem.area * float(problem.bound.sum())
         if size > 0 and size >= limit:
             raise Saturated(size * disc.scales.force, limit * disc.scales.force)
-        law, enough = disc.loading.law, self.tol
+        law = disc.loading.law
+        enough = self.tol
         in_passes = self.plan.loops or law is not None
         if in_passes and self.plan.tangential in MATRIX_FREE:
             # under a law with two coefficients who slips once slips for good: there no pass may be
@@ -212,7 +212,8 @@ class ContactSolver:
         enough = SEEN * max(self.tol, state.passes[-1][1] if state.passes else 1.0)
         state = self.traction(disc, replace(state, bound_pressure=state.pressure))
         for _ in range(MOST_ALTERNATIONS):
-            before, state = state, self.traction(disc, self.pressure(disc, state))
+            before = state
+            state = self.traction(disc, self.pressure(disc, state))
             if distance(state.traction, before.traction) <= enough:
                 break
         return replace(state, bound_pressure=None)
@@ -252,7 +253,8 @@ def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) ->
     """Pressure and tractions, from the pressure without tractions; `Saturated` if a force cannot be
     carried.
     """
-    plan, law = solver.plan, disc.loading.law
+    plan = solver.plan
+    law = disc.loading.law
     if not plan.has_friction:
         return start
     if law is None:
@@ -265,7 +267,8 @@ def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) ->
         and begin is None
         and not (law.continuous and isinstance(disc.loading.motion, TimeStep))
     ):
-        start, begin = replace(start, fields={}), "slip"
+        start = replace(start, fields={})
+        begin = "slip"
     return _under_law(disc, solver, with_coefficients(disc, start, begin))
 
 
@@ -273,7 +276,8 @@ def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState)
     """The contact under the law of its scene: each pass takes the coefficients of the slip in the
     one before.
     """
-    tol, law = PASSES * solver.tol, disc.loading.law
+    tol = PASSES * solver.tol
+    law = disc.loading.law
     assert law is not None
 
     def one(state: ContactState) -> tuple[ContactState, float]:
@@ -308,7 +312,8 @@ def _coupled(
     has them in turn. Sources: P. D. Panagiotopoulos, Ing.-Arch. 44 (1975) 421-432; Kalker's paper,
     4.5.
     """
-    plan, together = solver.plan, solver.plan.coupling == "joint"
+    plan = solver.plan
+    together = solver.plan.coupling == "joint"
     if plan.coupling == "newton":
         start = solver.traction(disc, start)
         check_memory("coupled", "newton", "none", 3 * disc.grid.size)

@@ -61,7 +61,8 @@ def with_coefficients(
     """The state with coefficients to begin with: its own, or those of the start."""
     if state.friction is not None:
         return state
-    law, grid = _law(disc), disc.grid
+    law = _law(disc)
+    grid = disc.grid
     if isinstance(start, Solution):
         if start.grid.shape != grid.shape:
             raise SceneError(
@@ -105,7 +106,8 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     shift, _ = shift_and_areas(disc, replace(state, slips=None))
     moved = shift / own_influence(disc)
     own, static = _own(disc, state, np.hypot(*shift) / unit_slip(disc))
-    trial, size = (state.traction - moved).reshape(2, -1), magnitude(moved.reshape(2, -1))
+    trial = (state.traction - moved).reshape(2, -1)
+    size = magnitude(moved.reshape(2, -1))
     beyond = (
         magnitude(trial)
         > (static * state.pressure).ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
@@ -131,7 +133,8 @@ def remembered(
     there, weighted as displacements are. With a memory they slide on the way as others at the same
     place did in the step before.
     """
-    law, motion = disc.loading.law, disc.loading.motion
+    law = disc.loading.law
+    motion = disc.loading.motion
     if law is None:
         return None
     assert motion is not None
@@ -149,7 +152,8 @@ def remembered(
     if law.memory_distance == 0 or disc.step is None:
         return came
     slip = np.where(before.state == SLIP, np.hypot(*before.slip), 0.0)
-    temperature, thermal = None, disc.loading.thermal
+    temperature = None
+    thermal = disc.loading.thermal
     if law.warm and thermal is not None:
         rise = (
             temperature_rise(heated, disc.grid.sides[0], thermal)
@@ -168,7 +172,8 @@ def weakening(disc: Discretisation, before: Solution | None, solution: Solution)
     Without a memory those that slip have lost that of their slip. An element that sticks forgets as
     other particles fill it, and at once where nothing rolls.
     """
-    law, left = _law(disc), np.asarray(disc.loading.coefficient)
+    law = _law(disc)
+    left = np.asarray(disc.loading.coefficient)
     if law.memory_distance == 0 and not law.local:
         left, (whole, part) = _known(law, solution), _way(disc)
         if before is not None and whole == 0 and part > 0:
@@ -191,7 +196,8 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
     if not law.continuous or disc.step is None:
         return ""
     shift, areas = shift_and_areas(disc, state)
-    dq, memory = disc.step * disc.scales.length, law.memory_distance
+    dq = disc.step * disc.scales.length
+    memory = law.memory_distance
     steepest = -float(law.slope(0.0)) or np.inf
     if law.local and memory == 0:
         own, rest = _own(disc, state, np.full(disc.grid.shape, SMALL_SLIP))
@@ -200,7 +206,8 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
     fall = min(steepest, by_memory) / unit_slip(disc) * state.pressure
     direction = shift / np.maximum(np.hypot(*shift), np.finfo(float).tiny)
     along = np.where(areas == SLIP, np.sqrt(fall) * direction, 0.0)
-    weights, ratio = np.ones(disc.grid.shape), 0.0
+    weights = np.ones(disc.grid.shape)
+    ratio = 0.0
     for _ in range(POWER_STEPS if along.any() else 0):
         image = np.sum(along * disc.tangential_operator.apply(along * weights), axis=0)
         ratio = float(np.linalg.norm(image) / np.linalg.norm(weights))
@@ -228,8 +235,12 @@ def _own(
 
     In a history particles bring heat of earlier steps along.
     """
-    law, motion, thermal = _law(disc), disc.loading.motion, disc.loading.thermal
-    temperature, dx, before = None, disc.grid.sides[0], disc.loading.previous_step
+    law = _law(disc)
+    motion = disc.loading.motion
+    thermal = disc.loading.thermal
+    temperature = None
+    dx = disc.grid.sides[0]
+    before = disc.loading.previous_step
     if law.warm:
         density = (
             friction_work(disc, state, shift_and_areas(disc, state)[0])
@@ -266,7 +277,9 @@ def _with_memory(
     In steady rolling they come along their rows, at rest at first. In a step that rolls they are
     `remembered`: problems of short steps would have several solutions under the slip at their end.
     """
-    law, motion, before = _law(disc), disc.loading.motion, disc.loading.previous_step
+    law = _law(disc)
+    motion = disc.loading.motion
+    before = disc.loading.previous_step
     assert motion is not None
     remembers = (state.pressure > 0) | (not law.local)
     if disc.loading.steady:

@@ -40,7 +40,8 @@ def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
     if not isinstance(scene.motion.start, Solution | None):
         raise SceneError("motion.start", scene.motion.start, "a Solution")
     solver = replace(options.solver(scene), refined=True)
-    settings, progress = {"tol": solver.tol, "polish": solver.polish}, options.progress
+    settings = {"tol": solver.tol, "polish": solver.polish}
+    progress = options.progress
     if options.store is not None:
         with Stored.recording(
             file_name("store", options.store), scene, solver.plan, settings
@@ -48,7 +49,8 @@ def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
             stored = with_verified_steps(recording)
             grid = stored.grid if len(stored) else _grid(scene, solver)
             return _solved(History(scene, grid, stored, settings), stored.put, solver, progress)
-    spec, steps = wanted_grid(scene), list[Solution]()
+    spec = wanted_grid(scene)
+    steps = list[Solution]()
     kept = bytes_of_steps(scene.motion, spec.nx * spec.rows)
     need("the history in memory", kept, "with store = a file, the steps are kept there")
     history = History(scene, _grid(scene, solver), steps, settings)
@@ -62,7 +64,8 @@ def _solved(
     progress: Callable[[str], None],
 ) -> History:
     """The history with the steps that are not solved yet."""
-    scene, count = history.scene, history.scene.motion.steps
+    scene = history.scene
+    count = history.scene.motion.steps
     march = marching_on(scene, history.grid, solver)
     start = march.start()
     before = start if len(history) == 0 else history[-1]
@@ -109,7 +112,8 @@ def _grid(scene: Scene[Transient], solver: ContactSolver) -> Grid:
     """One grid for the whole history: the scene's own, that of the start, or one that holds every
     contact.
     """
-    start, interpolate = scene.motion.start, scene.motion.interpolate
+    start = scene.motion.start
+    interpolate = scene.motion.interpolate
     if isinstance(scene.grid, Grid) and scene.grid.explicit:
         return scene.grid
     if start is not None and scene.grid == "auto" and not interpolate:

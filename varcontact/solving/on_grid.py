@@ -105,7 +105,8 @@ class ContactOnGrid:
     @property
     def force(self) -> np.ndarray:
         """Fx, Fy and the normal force, physical."""
-        fields, surface = (self.near.traction, self.near.pressure), self.scene.surface
+        fields = (self.near.traction, self.near.pressure)
+        surface = self.scene.surface
         if isinstance(surface, SampledDistance):
             fields = surface.along_axes(self.disc.grid, *fields)
         return np.array([*fields[0].sum(axis=(1, 2)), fields[1].sum()]) * self.disc.grid.area
@@ -153,13 +154,15 @@ def solve_contact(
     plane is prescribed: the sum of the pressures is sought with which they and the tractions bear
     it.
     """
-    coupled, conformal = solver.plan.coupling != "none", False
+    coupled = solver.plan.coupling != "none"
+    conformal = False
     with solver.stats.stage("grid"):
         grid, found = place(scene, solver, near)
     moved = 0
     for attempt in range(GRIDS):
         disc = discretise(scene, grid, known)
-        known, conformal = disc.operators, disc.conformal
+        known = disc.operators
+        conformal = disc.conformal
         state = unloaded(grid) if found is None else _on(found, disc)
         if solver.plan.cells(scene) == (1, 1):
             state = solver.pressure(disc, state)
@@ -193,7 +196,8 @@ def solve_contact(
         if wanted is None:
             break
         known.forget()
-        grid, found = wanted, Near.of(disc, state)
+        grid = wanted
+        found = Near.of(disc, state)
     else:
         message = (
             "grid: no potential contact was found that holds the contact; give an explicit grid"
@@ -223,7 +227,8 @@ def place(
     sampled distances looks at the frictionless contact tell, first across all samples, then closer
     and closer; or a solution `near`.
     """
-    spec, surface = contact_grid.known_grid(scene), scene.surface
+    spec = contact_grid.known_grid(scene)
+    surface = scene.surface
     if near is not None and not solver.plan.closed_form:
         if spec.explicit:
             return spec, near
@@ -237,13 +242,16 @@ def place(
         if isinstance(surface, Cylinders) and scene.approach is not None:
             half = math.sqrt(2 * surface.R * scene.approach)
             return spec.spread((-half, half, -math.inf, math.inf)), None
-        bodies, force, approach = scene.bodies.softest, scene.normal_force, scene.approach
+        bodies = scene.bodies.softest
+        force = scene.normal_force
+        approach = scene.approach
         hertz = Scene(bodies=bodies, surface=surface, normal_force=force, approach=approach).hertz
         assert hertz is not None
         return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
     plan = solver.plan if solver.plan.method == "convex" else replace(solver.plan, normal="norm")
     look = ContactSolver(plan, 1e-6, True, solver.stats, deadline=solver.deadline)
-    box, last = surface.box, None
+    box = surface.box
+    last = None
     relaxes = scene.bodies.relaxes
     bare = replace(
         scene,
@@ -258,7 +266,8 @@ def place(
             replace(bare, surface=_lowest_in_elements(surface, grid, depth), grid=grid), grid
         )
         state = look.pressure(disc, unloaded(grid) if last is None else _on(last, disc))
-        last, columns_and_rows = Near.of(disc, state), contact_grid.across(state.pressure)
+        last = Near.of(disc, state)
+        columns_and_rows = contact_grid.across(state.pressure)
         if (
             min(columns_and_rows) >= (1 if scene.line else ACROSS)
             and max(columns_and_rows) >= ACROSS
@@ -309,7 +318,8 @@ class Near:
 
     @classmethod
     def of(cls, disc: Discretisation, state: ContactState) -> Near:
-        scales, motion = disc.scales, disc.loading.motion
+        scales = disc.scales
+        motion = disc.loading.motion
         creepage = (0.0, 0.0) if motion is None else state.rigid / unit_slip(disc)
         approach = state.approach * scales.displacement + disc.base
         fields = state.pressure * scales.pressure, approach, state.traction * scales.pressure
@@ -360,11 +370,10 @@ def _lowest_in_elements(
     x, y = surface.coordinates
     (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
     for way_x, way_y in product((-ROUNDING, ROUNDING), repeat=2):
-        ix, iy = (
-            np.floor((x - x0) / dx + way_x).astype(int),
-            np.floor((y - y0) / dy + way_y).astype(int),
-        )
-        columns, rows = (ix >= 0) & (ix < grid.nx), (iy >= 0) & (iy < grid.rows)
+        ix = np.floor((x - x0) / dx + way_x).astype(int)
+        iy = np.floor((y - y0) / dy + way_y).astype(int)
+        columns = (ix >= 0) & (ix < grid.nx)
+        rows = (iy >= 0) & (iy < grid.rows)
         flat = (iy[rows, None] * grid.nx + ix[None, columns]).ravel()
         np.minimum.at(distance.ravel(), flat, surface.samples[np.ix_(rows, columns)].ravel())
     return SampledDistance(distance[0] if grid.line else distance, reference_depth=depth)
@@ -382,7 +391,8 @@ def finish(
 
     The residual that counts is that of the problems which the plan poses.
     """
-    plan, tol = solver.plan, solver.tol
+    plan = solver.plan
+    tol = solver.tol
     approach = state.approach * disc.scales.displacement
     if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
         rounded = f"it is rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies approach by only {approach:.3g}"
@@ -391,7 +401,8 @@ def finish(
             disc.base,
             f"counted from a level near the contact, less a constant: {rounded}",
         )
-    law, in_time = disc.loading.law, isinstance(disc.loading.motion, TimeStep)
+    law = disc.loading.law
+    in_time = isinstance(disc.loading.motion, TimeStep)
     if law is not None and plan.has_friction:
         disc = disc.under(friction=coefficient(disc, state))
     lazily = plan.tangential in MATRIX_FREE and solver.certify == "auto"

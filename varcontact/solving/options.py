@@ -123,7 +123,8 @@ class SolveOptions:
         """
         choices = normal, tangential, coupling, formulation, method
         plan = select(scene, *choices)
-        tol, polish = checks.positive("tol", tol), polished_by(plan, polish)
+        tol = checks.positive("tol", tol)
+        polish = polished_by(plan, polish)
         certify = checks.choice(
             "certify", "none" if certify is None else certify, ("auto", *LEVELS)
         )
@@ -154,12 +155,16 @@ class SolveOptions:
         """The methods for the `scene`; on a coarser grid to a loose tolerance, without a
         certificate.
         """
-        plan, certify, tol = self.plan_for(scene), self.certify, self.tol
+        plan = self.plan_for(scene)
+        certify = self.certify
+        tol = self.tol
         if self.final:  # a coarse grid fits where a finer one does
             check_fits(scene, plan)
         else:
-            certify, tol = "none", max(tol, LOOSE)
-        stats, chosen = SolveStats(self.progress), self.target is not None
+            certify = "none"
+            tol = max(tol, LOOSE)
+        stats = SolveStats(self.progress)
+        chosen = self.target is not None
         refined = self.final and not chosen
         return ContactSolver(
             plan, tol, self.polish, stats, self.start, certify, refined, chosen, self.deadline
@@ -228,12 +233,14 @@ def _target(
             "time_budget", time_budget, "left out where accuracy is given: each decides on the grid"
         )
     if accuracy is not None:
-        field, accuracy = "accuracy", checks.positive("accuracy", accuracy)
+        field = "accuracy"
+        accuracy = checks.positive("accuracy", accuracy)
         if accuracy >= 1:
             allowed = "below 1: it is a part of the largest friction force (without friction of the approach), as 0.01"
             raise SceneError("accuracy", accuracy, allowed)
     else:
-        field, time_budget = "time_budget", checks.positive("time_budget", time_budget)
+        field = "time_budget"
+        time_budget = checks.positive("time_budget", time_budget)
     for refusal in _refusals(scene, plan, field, start, store):
         raise refusal
     return Target(accuracy, time_budget)

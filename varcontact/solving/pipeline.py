@@ -123,7 +123,8 @@ def _fallback(task: Task, best: RawSolution) -> RawSolution:
     """The polished program of the plan's fallback; none without a convex one, or with too many
     elements for it.
     """
-    problem, program = task.problem, task.plan.fallback
+    problem = task.problem
+    program = task.plan.fallback
     assert isinstance(problem, TangentialProblem)
     formulation = "complementary" if problem.symmetric else "gap"
     if program == "none" or task.plan.formulation == "marching" or problem.potential.implicit:
@@ -164,7 +165,10 @@ def march(
     assert problem.instant is not None
     inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
     at = start or RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
-    iterations, status, least, idle = 0, "MaxSteps", np.inf, 0
+    iterations = 0
+    status = "MaxSteps"
+    least = np.inf
+    idle = 0
     for _ in range(MOST_STEPS):
         previous = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
         shift = problem.rigid_shift - previous
@@ -193,7 +197,8 @@ def _by_program(task: Task) -> RawSolution:
     """The plan's program, refined, polished by active sets, or as it is; active sets from a start
     may do without.
     """
-    problem, start = task.problem, task.start
+    problem = task.problem
+    start = task.start
     if task.plan.method != "convex" and task.polish:
         if start is None:
             return _polished(task, None)
@@ -218,7 +223,8 @@ def _refined(task: Task) -> RawSolution:
     """The answer of a program refined by splitting; a nearer one is asked for where that did not
     do.
     """
-    tol, best = task.settings.tol, None
+    tol = task.settings.tol
+    best = None
     for accuracy in TO_REFINE:
         answer = task.solved(max(accuracy, tol))
         best = better(task.problem, best, answer)
@@ -237,10 +243,8 @@ def _polished(task: Task, best: RawSolution | None) -> RawSolution:
     Near saturation they can be lost beside the solution, where almost nothing sticks: then they
     begin on their own.
     """
-    enough, answer = (
-        min(task.settings.tol, NEARLY_ROUNDED),
-        best if task.start is None else task.start,
-    )
+    enough = min(task.settings.tol, NEARLY_ROUNDED)
+    answer = best if task.start is None else task.start
     for accuracy in TO_POLISH:
         if best is not None and task.residual(best) <= enough:
             break

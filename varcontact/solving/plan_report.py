@@ -130,10 +130,8 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
     if grid.explicit and not history:
         contact = _contact(scene, plan, grid)
     count = int(contact.sum())
-    elements, unknowns = (
-        {"normal": count},
-        {"normal": 0 if plan.closed_form else count * math.prod(plan.cells(scene))},
-    )
+    elements = {"normal": count}
+    unknowns = {"normal": 0 if plan.closed_form else count * math.prod(plan.cells(scene))}
     if plan.has_friction:
         if isinstance(scene.friction, np.ndarray):
             count = int(np.sum(contact & (scene.friction.reshape(shape) > 0)))
@@ -176,8 +174,10 @@ def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
 def _matrices(
     scene: Scene, plan: Plan, shape: tuple[int, int], unknowns: dict[str, int], exact: bool
 ) -> tuple[Matrix, ...]:
-    rows, columns = 2 * shape[0] - 1, 2 * shape[1] - 1
-    steady, unlike = isinstance(scene.motion, Steady), scene.coupled
+    rows = 2 * shape[0] - 1
+    columns = 2 * shape[1] - 1
+    steady = isinstance(scene.motion, Steady)
+    unlike = scene.coupled
     tangential, across = ("A_tt - C_tt", "A_tz - C_tz") if steady else ("A_tt", "A_tz")
     tables = [("A_zz", 1, "distances due to pressures")]
     if plan.has_friction:
@@ -200,7 +200,8 @@ def _matrices(
 
 def _cost(scene: Scene, plan: Plan, sizes: Sizes) -> Cost:
     """Of one solve: of a history, of unlike bodies and under a law of friction there are many."""
-    seconds, needed = 0.0, 0.0
+    seconds = 0.0
+    needed = 0.0
     for problem, elements in sizes.elements.items():
         solver = getattr(plan, problem)
         if solver == "hertz" or (problem == "tangential" and not plan.solves):

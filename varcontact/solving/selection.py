@@ -116,7 +116,8 @@ def select(
     choice("coupling", coupling, ("auto", *COUPLING_METHODS))
     choice("formulation", formulation, ("auto", *FORMULATIONS))
 
-    preset, reasons = _preset(scene, wanted, method), {"method": PRESETS[method].why}
+    preset = _preset(scene, wanted, method)
+    reasons = {"method": PRESETS[method].why}
     of_normal, reasons["normal"] = _normal(scene, normal, preset, method)
     of_tangential, reasons["tangential"] = _tangential(scene, tangential, preset)
     bodies = "conformal" if scene.conformal else "unlike" if scene.coupled else "quasi-identical"
@@ -131,7 +132,8 @@ def select(
         message = f'formulation = "{formulation}": {reasons["formulation"]}; use {last}'
         raise SceneError("formulation", formulation, last, message=message)
     if formulation != "auto":
-        plan, reasons["formulation"] = replace(plan, formulation=formulation), "requested"
+        plan = replace(plan, formulation=formulation)
+        reasons["formulation"] = "requested"
     fallback = (
         preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
     )
@@ -211,7 +213,9 @@ def _preset(scene: Scene, wanted: dict[str, str], method: str) -> Preset:
     That is Newton's method where its products beat dense matrices, by one problem or by many in a
     row.
     """
-    motion, coupling, formulation = scene.motion, wanted["coupling"], wanted["formulation"]
+    motion = scene.motion
+    coupling = wanted["coupling"]
+    formulation = wanted["formulation"]
     if method != "auto":
         return PRESETS[method]
     if formulation == "marching" and isinstance(motion, Steady):
@@ -299,7 +303,8 @@ def _coupling(scene: Scene, wanted: dict[str, str], plan: Plan) -> tuple[str, st
         return "none", "no tangential traction"
     if not scene.coupled:
         return "none", "like bodies (K = 0): normal problem first, then the tangential problem"
-    coupling, unlike = wanted["coupling"], f"{plan.bodies} bodies ({scene.difference})"
+    coupling = wanted["coupling"]
+    unlike = f"{plan.bodies} bodies ({scene.difference})"
     if coupling == "johnson":
         return coupling, "requested: one pass, with the pressure of frictionless contact"
     if coupling == "joint":
@@ -336,7 +341,8 @@ def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str
 
 def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str]:
     """Formulations that a plan may have, the default first, and why these."""
-    steady, tangential = isinstance(scene.motion, Steady), plan.tangential
+    steady = isinstance(scene.motion, Steady)
+    tangential = plan.tangential
     if states_programs(tangential):
         if steady:
             return ("gap", "marching"), "steady rolling has no energy formulation"
@@ -357,7 +363,8 @@ def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str]:
 
 def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
     """Refuse what of the methods named cannot treat the scene."""
-    normal, tangential = wanted["normal"], wanted["tangential"]
+    normal = wanted["normal"]
+    tangential = wanted["tangential"]
     why = _why_not_hertz(scene)
     if normal == "hertz" and why:
         raise SceneError("normal", normal, f'"norm" or "clarabel": Hertz\'s pressure {why}')
@@ -377,7 +384,9 @@ def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
         raise SceneError("tangential", tangential, f"another method: {why}")
     preset = PRESETS[plan.method]
     for field, solvers in (("normal", registry.NORMAL), ("tangential", TANGENTIAL)):
-        name, own, convex = wanted[field], getattr(preset, field), plan.method == "convex"
+        name = wanted[field]
+        own = getattr(preset, field)
+        convex = plan.method == "convex"
         known = (
             [own]
             if plan.method == "kalker"
@@ -420,7 +429,8 @@ def own_image(scene: Scene) -> bool:
     With x its tractions along x are even in y and those along y odd where nothing moves along y, or
     about z; and the other way round where nothing moves along x.
     """
-    motion, grid = scene.motion, scene.grid
+    motion = scene.motion
+    grid = scene.grid
     placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
     if not placed or scene.line or scene.hertz is None or not isinstance(motion, (Steady, Shift)):
         return False
@@ -443,7 +453,8 @@ def elements_in_contact(scene: Scene) -> tuple[float, float]:
         return count, 0.0 if hertz is None else 2 * hertz.a / grid.nx
     dx, dy = grid.sides
     if hertz is None:
-        surface, approach = scene.surface, scene.approach
+        surface = scene.surface
+        approach = scene.approach
         if (
             type(scene.bodies) is Bodies
             and isinstance(surface, SampledDistance)

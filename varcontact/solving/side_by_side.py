@@ -29,7 +29,8 @@ def settled_together(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
     """
     from scipy.ndimage import find_objects
 
-    found, alike = list(contacts), [k for k, each in enumerate(contacts) if _rolls_alike(each)]
+    found = list(contacts)
+    alike = [k for k, each in enumerate(contacts) if _rolls_alike(each)]
     for difference in DIFFERENCES:
         some = [
             k
@@ -49,10 +50,12 @@ def settled_together(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
             pressed = (disc.loading.coefficient * state.pressure)[box]
             here = np.s_[: pressed.shape[0], : pressed.shape[1], j]
             bound[here] = pressed
-            shift[:, *here], start[:, *here] = disc.known_shift[:, *box], state.traction[:, *box]
+            shift[:, *here] = disc.known_shift[:, *box]
+            start[:, *here] = state.traction[:, *box]
         dx, dy = np.array([disc.lattice.sides for disc in discs]).T
         nu = np.array([disc.operators.medium.nu for disc in discs])
-        tol, free = contacts[some[0]].solver.tol / 10, np.full((2, len(some)), math.nan)
+        tol = contacts[some[0]].solver.tol / 10
+        free = np.full((2, len(some)), math.nan)
         problem = BatchedProblem(dx, dy, nu, shift, bound, free, difference)
         answer = solve_batch(problem, tol, (start, np.zeros_like(free)))
         for j in np.flatnonzero(answer.converged).tolist():
@@ -77,8 +80,10 @@ def _rolls_alike(contact: ContactOnGrid) -> bool:
     """Whether like half-spaces roll steadily at given creepages, under coefficients, and few
     elements touch.
     """
-    disc, plan = contact.disc, contact.solver.plan
-    loading, motion = disc.loading, disc.loading.motion
+    disc = contact.disc
+    plan = contact.solver.plan
+    loading = disc.loading
+    motion = disc.loading.motion
     if not (
         isinstance(motion, Steady)
         and motion.dq is motion.Fx is motion.Fy is None

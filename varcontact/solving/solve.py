@@ -222,7 +222,8 @@ def solve(
     >>> print(f"{sol.force[0] / (0.33 * sol.normal_force):.3f}", sol.certificate.relative_gap < 1e-12)
     -0.392 True
     """
-    free, swings = scene, isinstance(scene, Scene) and isinstance(scene.motion, Harmonic)
+    free = scene
+    swings = isinstance(scene, Scene) and isinstance(scene.motion, Harmonic)
     if swings:
         free = replace(scene, motion=scene.motion.free_rolling)
     options = SolveOptions.checked(
@@ -306,17 +307,16 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
             )
         on_parts = disc if cells == (1, 1) else with_subgrid(disc, pressures)
         lattice = on_parts if on_parts.subgrid is None else on_parts.subgrid.disc
-        given, problem = pressures / disc.scales.pressure, lattice.normal_problem()
+        given = pressures / disc.scales.pressure
+        problem = lattice.normal_problem()
         approach = problem.approach
         # that of the elements, or parts, which the pressure acts on, weighted by it
         if approach is None:
             level = problem.distance + problem.operator.apply(given.reshape(1, -1))[0]
             approach = float(given.ravel() @ level / given.sum())
         approach += (lattice.base - disc.base) / disc.scales.displacement
-        disc, state = (
-            on_parts,
-            replace(unloaded(grid), pressure=means(given, cells), approach=approach),
-        )
+        disc = on_parts
+        state = replace(unloaded(grid), pressure=means(given, cells), approach=approach)
     tractions = (
         _field("traction", traction, (2, *grid.shape), disc.scales.pressure) / disc.scales.pressure
     )

@@ -63,15 +63,18 @@ def noise_warning(
         found, without = (_look(disc, state, solver, length) for length in (0.0, shortest))
         if _apart(found, without) < RULES:
             return ""
-        helps, after = shortest, without
+        helps = shortest
+        after = without
         while helps <= longest / 2:
-            before, after = after, _look(disc, state, solver, 2 * helps)
+            before = after
+            after = _look(disc, state, solver, 2 * helps)
             if _apart(before, after) < SETTLED:
                 break
             helps *= 2
     except SceneError:  # so few elements that none is left without the waves: nothing to compare
         return ""
-    length, per_area = "", ""
+    length = ""
+    per_area = ""
     if scene.units is not None:
         length, per_area = (
             f" {scene.units.of(quantity, scene.line)}" for quantity in ("length", "pressure")

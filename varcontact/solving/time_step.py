@@ -91,7 +91,9 @@ def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> M
     scales = replace(disc.scales, pressure=float(2.0 ** np.round(np.log2(disc.scales.pressure))))
     if not scene.bodies.relaxes:
         return March(scene, replace(disc, scales=scales), solver)
-    length, depth, time = scales.length, scene.reference_depth, scene.bodies.longest_relaxation
+    length = scales.length
+    depth = scene.reference_depth
+    time = scene.bodies.longest_relaxation
     least = max(length, _rolled_within(scene.motion, time, grid))
     if depth is not None and depth < least:
         allowed = f"at least the grid's length, and what is rolled in the longest relaxation time: {least:.6g}"
@@ -106,7 +108,8 @@ def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> M
     known = getattr(scene.motion.start, "memory", None)
     columns += 0 if known is None else max(0, known.shape[-1] - grid.nx) // 2
     assert isinstance(medium, ViscoelasticMedium)
-    rows, numbers = grid.rows + 2, 8 * 3 * scene.motion.steps * len(medium.lagging)
+    rows = grid.rows + 2
+    numbers = 8 * 3 * scene.motion.steps * len(medium.lagging)
     each = table_bytes(rows, grid.nx + 2 * columns, 9) + numbers * rows * (grid.nx + 2 * columns)
     need("what viscoelastic bodies remember", each, "longer elements or steps, or fewer, need less")
     disc = replace(
@@ -145,11 +148,13 @@ class March:
         """What the first step goes on from; a `SceneError` refuses another grid, if it is not to be
         interpolated.
         """
-        motion, grid = self.scene.motion, self.disc.grid
+        motion = self.scene.motion
+        grid = self.disc.grid
         start = motion.start
         if start is None:
             return None
-        relaxes, memory = self.scene.bodies.relaxes, start.memory
+        relaxes = self.scene.bodies.relaxes
+        memory = start.memory
         # what particles bring along is known on the start's own grid
         alone = relaxes or start.plastic is not None
         if relaxes and (memory is None or start.scene.bodies != self.scene.bodies):
@@ -218,7 +223,8 @@ class March:
         """Step k by itself, with the displacement differences ``u' = C p'`` and the heat that
         particles bring along.
         """
-        disc, history = self.disc, self.scene.motion
+        disc = self.disc
+        history = self.scene.motion
         if history.control is None:
             scene = self.scene.step(k, disc.grid)
         else:
@@ -269,13 +275,17 @@ class March:
         past.
         """
         disc, ahead, (ny, nx) = self.disc, self.columns, self.disc.grid.shape
-        operators, pressure = disc.operators, disc.scales.pressure
+        operators = disc.operators
+        pressure = disc.scales.pressure
         passed = motion.direction * motion.dq / disc.grid.sides[0]
         window = disc.lattice.window(-ahead, nx + ahead, -1, ny + 1)
         inside = slice(0, 1) if disc.grid.line else slice(1, -1), slice(ahead, ahead + nx)
         around = 2, slice(None), slice(ahead - 1, ahead + nx + 1)
         left = operators.at_once.every.apply(self._wide(before)[:, *inside] / pressure)[:2]
-        displacement, distance, force, follows = came.displacement, np.zeros(1), came.force, 1.0
+        displacement = came.displacement
+        distance = np.zeros(1)
+        force = came.force
+        follows = 1.0
         kept = self._kept(motion, before)
         for each, gone, stays in zip(self.lagging, before.memory - kept, kept, strict=True):
             every, (_, _, new) = (
@@ -286,8 +296,10 @@ class March:
                 each.factor / pressure
             )
             gone_then, gone_now, known = (every.apply(field) for field in fields)
-            left, displacement = left + gone_then[:2, *inside], displacement + gone_now[:2, *inside]
-            distance, follows = distance + known[around], follows + each.factor * new
+            left = left + gone_then[:2, *inside]
+            displacement = displacement + gone_now[:2, *inside]
+            distance = distance + known[around]
+            follows = follows + each.factor * new
             force = force + fields[0, :2].sum(axis=(1, 2)) * disc.lattice.area
         return replace(
             came, displacement=displacement, force=force / follows, left=left, distance=distance
@@ -365,7 +377,8 @@ def long_step_warning(solution: Solution) -> str:
     contact at other places of the same element row have other tractions, and only every dq/dx-th
     element goes on from the same particle.
     """
-    motion, dx = solution.motion, solution.grid.sides[0]
+    motion = solution.motion
+    dx = solution.grid.sides[0]
     assert isinstance(motion, TimeStep)
     if motion.dq <= LONG_STEP * dx or not np.any(solution.state == STICK):
         return ""
@@ -391,8 +404,11 @@ def initial_state(
     """
     if before is None:
         return unloaded(disc.grid)
-    motion, was, scales = disc.loading.motion, before.scene.motion, disc.scales
-    rigid, traction = np.zeros(2), before.traction / scales.pressure
+    motion = disc.loading.motion
+    was = before.scene.motion
+    scales = disc.scales
+    rigid = np.zeros(2)
+    traction = before.traction / scales.pressure
     assert motion is not None
     if motion.rolls and getattr(was, "rolls", 0):
         prescribed = [motion.Fx is not None, motion.Fy is not None]

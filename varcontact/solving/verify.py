@@ -82,7 +82,8 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
     >>> vc.load(path).note, vc.load(path, certify=False).note
     ('', 'the certificate is as stored in the file, not measured again')
     """
-    certify, found = checks.flag("certify", certify), read(path)
+    certify = checks.flag("certify", certify)
+    found = read(path)
     if not certify:
         return found
     if isinstance(found, History):
@@ -163,9 +164,11 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
     What is undetermined in line contact follows from slip and distance.
     """
     on_grid = {} if sol.error_estimate is None else sol.error_estimate.on_grid
-    pressure, traction = sol.pressure / disc.scales.pressure, sol.traction / disc.scales.pressure
+    pressure = sol.pressure / disc.scales.pressure
+    traction = sol.traction / disc.scales.pressure
     approach = (on_grid.get("approach", sol.approach) - disc.base) / disc.scales.displacement
-    state, rigid = ContactState(pressure, 0.0, traction, np.zeros(2)), np.zeros(2)
+    state = ContactState(pressure, 0.0, traction, np.zeros(2))
+    rigid = np.zeros(2)
     if np.isnan(approach):
         problem = disc.normal_problem(traction if disc.K != 0 and np.any(traction) else None)
         distance = problem.distance + problem.operator.apply(pressure.reshape(1, -1))[0]

@@ -42,7 +42,8 @@ class Series:
     def solve(self, scene: Scene, plan: Plan) -> Solution:
         """The solution of the next scene, which is no history; errors as of `solve`."""
         check_saturation(scene)
-        stats, last = SolveStats(self.progress), self._last
+        stats = SolveStats(self.progress)
+        last = self._last
         steps = ContactSolver(
             plan, self.tol, self.polish, stats, certify=self.certify, refined=False
         )
@@ -95,7 +96,8 @@ def _same_but_motion(scene: Scene, other: Scene) -> bool:
     """Whether two scenes differ in creepages or forces only; arrays are the same if they are
     one.
     """
-    one, two = scene.motion, other.motion
+    one = scene.motion
+    two = other.motion
     if (
         one is None
         or type(one) is not type(two)
