@@ -266,7 +266,9 @@ def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_
     scene = make_scene(vc.Ellipse(1.0, 0.7), 1.0, motion, vc.Grid(32, 32), bodies=BODIES)
     coarse = vc.solve(replace(scene, grid=vc.Grid(16, 16)))
     steps = ContactSolver(select(scene), 1e-10, True, SolveStats())
-    alone, near = (on_grid.solve_contact(scene, steps, near=each)[1] for each in (None, coarse))
+    alone, near = (
+        on_grid.solve_contact(scene, steps, initial_guess=each)[1] for each in (None, coarse)
+    )
     assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
     assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)
     assert near.iterations["tangential"] < alone.iterations["tangential"]

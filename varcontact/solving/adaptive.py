@@ -42,14 +42,23 @@ from varcontact.solving.pipeline import peak
 from varcontact.system import process
 from varcontact.system.process import one_blas_thread
 
-FIRST, FIRST_IN_LINE = 6, 48
+COARSEST_ELEMENTS = 6
 """Elements across the contact on the coarsest grid."""
-RATIO, GRIDS = 1.5, 3
-"""Elements across on a grid by those on the one before; how many grids tell an error."""
-ORDER, SAFETY, FLOOR, PART = 1.5, 1.25, 0.4, 0.5
+COARSEST_ELEMENTS_LINE = 48
+"""The same in line contact."""
+RATIO = 1.5
+"""Ratio of the elements across on a grid to those on the grid before."""
+GRIDS = 3
+"""Grids that an error is estimated from."""
+ORDER = 1.5
+"""Order of Richardson's steps s; where a layer hardens it is 1."""
+SAFETY = 1.25
 """The error is ``SAFETY max |s| + FLOOR n^-ORDER``, for the largest pressure with the n across the
-patch that has it; of Richardson's step s of that order, where a layer hardens of the first, a
-`PART` is taken."""
+patch that has it."""
+FLOOR = 0.4
+"""Part of the error that grids do not show, see `SAFETY`."""
+PART = 0.5
+"""Part of Richardson's last step that the value takes."""
 FLOOR_UNLIKE = 1.0
 """Of unlike bodies the floor of forces and moment has ``FLOOR_UNLIKE |K|/n`` on top."""
 FLOOR_PART = 0.5
@@ -57,9 +66,12 @@ FLOOR_PART = 0.5
 NARROWEST = 4.0
 """Elements across the narrowest patch that carries load, on the coarsest grid that tells an
 error."""
-GROWTH, LATE, COARSEST = 2.4, 1.3, 2.0
-"""Power of n with which a solve takes longer; after so many time budgets a solve is given up, one
-of the coarsest grids so many seconds later."""
+TIME_ORDER = 2.4
+"""Power of n with which the time of a solve grows."""
+TIME_BUDGETS_MAX = 1.3
+"""Time budgets after which a solve is given up."""
+COARSEST_SECONDS = 2.0
+"""Seconds that the coarsest grids have on top."""
 STALLED = 0.9
 """Part of an estimate that both estimates after it exceed where the error does not fall with the
 grid."""
@@ -85,7 +97,7 @@ class Patch:
 
 @dataclass(frozen=True)
 class GridLevel:
-    """The answer on a grid with `n` elements across the contact, and the values that errors are
+    """Answer on a grid with `n` elements across the contact, and the values that errors are
     measured in.
 
     `unjudged`: values that have an error bar, but do not count for the accuracy.
@@ -100,31 +112,30 @@ class GridLevel:
 
     @classmethod
     def of(cls, n: int, answer: Answer, seconds: float, target: Target) -> GridLevel:
-        """Of a history the patches are those of the step with the largest contact."""
+        """Level with the patches of the answer, of a history those of its largest contact."""
         judged = values(answer)
         unjudged = {}
-        largest = (
-            max(answer, key=lambda sol: sol.areas["contact"])
-            if isinstance(answer, History)
-            else answer
-        )
-        if isinstance(answer, Solution) and not answer.plan.closed_form and answer.pressure.any():
-            unjudged = {"peak_pressure": answer.max_pressure}
+        if isinstance(answer, History):
+            largest = max(answer, key=lambda sol: sol.areas["contact"])
+        else:
+            largest = answer
+            if not answer.plan.closed_form and answer.pressure.any():
+                unjudged = {"peak_pressure": answer.max_pressure}
         if target.of_pressure:
             unjudged = {name: value for name, value in unjudged.items() if name not in judged}
         judged = {name: value for name, value in judged.items() if name not in unjudged}
         return cls(n, answer, judged, seconds, _patches(largest), unjudged)
 
     def unresolved(self, accuracy: float | None) -> list[Patch]:
-        """Patches with few elements across that carry a part of the load, the `accuracy`, or a peak
-        that counts.
+        """Patches with few elements across that carry more of the load than the `accuracy`, or a
+        peak that counts.
         """
-        least = BY_DEFAULT if accuracy is None else accuracy
-        narrow = (each for each in self.patches if each.across < NARROWEST)
+        share_min = accuracy or BY_DEFAULT
+        narrow = (patch for patch in self.patches if patch.across < NARROWEST)
         return [
-            each
-            for each in narrow
-            if each.share > least or (each.peak and "peak_pressure" in self.values)
+            patch
+            for patch in narrow
+            if patch.share > share_min or (patch.peak and "peak_pressure" in self.values)
         ]
 
 
@@ -147,43 +158,66 @@ def solve(scene: Scene, options: SolveOptions) -> Answer:
     estimates: list[ErrorEstimate] = []
     n = _first(scene, options, target)
     while True:
-        deadline = started + LATE * budget + (COARSEST if len(levels) < GRIDS else 0.0)
+        # the answer on the next grid
+        deadline = started + TIME_BUDGETS_MAX * budget
+        if len(levels) < GRIDS:
+            deadline += COARSEST_SECONDS
         try:
             levels.append(_level(scene, options, n, levels, deadline))
         except (OutOfTime, NotConverged) as error:
-            if estimates:
-                return _not_reached(
-                    levels, target, f"the next grid, of {n} elements across, fails: {error}", error
-                )
-            if isinstance(error, NotConverged):
-                raise
-            allowed = "more seconds, or an accuracy: even the coarsest grids, which tell the error, take longer"
-            raise SceneError("time_budget", budget, allowed) from None
+            return _after_failure(n, levels, options, error)
         last = levels[-1]
         few = len(levels) < GRIDS
+
+        # its error, and whether that is small enough or cannot fall
         if not few:
             estimates.append(estimated(levels, target))
             if target.accuracy is not None and estimates[-1].largest <= target.accuracy:
                 return with_values(last.answer, estimates[-1])
             if stalled(estimates):
                 return _not_reached(levels, target, DOES_NOT_FALL)
-            if len(estimates) == 1 and isinstance(last.answer, Solution):
-                # as of noise: before time is spent on finer grids
-                for words in last.answer.warnings:
-                    options.progress(words)
+            if len(estimates) == 1:
+                _report_warnings(last.answer, options)
+
+        # the next grid, as far as memory and time allow
         n = _next(scene, options, last, few)
         fits = _fits(scene, options, n)
         if few and (fits or not target.by_default or len(levels) == 1):
             continue
-        late = last.seconds * (n / last.n) ** GROWTH > budget - (time.perf_counter() - started)
+        late = last.seconds * (n / last.n) ** TIME_ORDER > budget - (time.perf_counter() - started)
         if late or not fits:
             return _not_reached(
                 levels, target, f"a grid of {n} elements across does not fit into memory"
             )
 
 
+def _after_failure(
+    n: int, levels: list[GridLevel], options: SolveOptions, error: OutOfTime | NotConverged
+) -> Answer:
+    """The best answer where the grid of n elements across fails, if an error was estimated."""
+    target = options.target
+    assert target is not None
+    if len(levels) >= GRIDS:
+        why = f"the next grid, of {n} elements across, fails: {error}"
+        return _not_reached(levels, target, why, error)
+    if isinstance(error, NotConverged):
+        raise error
+    budget = math.inf if target.time_budget is None else target.time_budget
+    allowed = (
+        "more seconds, or an accuracy: even the coarsest grids, which tell the error, take longer"
+    )
+    raise SceneError("time_budget", budget, allowed) from None
+
+
+def _report_warnings(answer: Answer, options: SolveOptions) -> None:
+    """Tell the progress the warnings, as of noise, before time is spent on finer grids."""
+    if isinstance(answer, Solution):
+        for words in answer.warnings:
+            options.progress(words)
+
+
 def stalled(estimates: Sequence[ErrorEstimate]) -> bool:
-    """Whether neither of the last two errors is below the one before them."""
+    """True if neither of the last two errors is below the one before them."""
     if len(estimates) < GRIDS:
         return False
     before, *last = (each.largest for each in estimates[-GRIDS:])
@@ -201,14 +235,18 @@ def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
     rolls = isinstance(scene.motion, Steady)
     edge: Edge = "centres"
     if closed_form and motion is not None and (rolls or not scene.line):
-        edge = "softened" if rolls and not scene.hardens else "touched"
-    grid = (
-        Grid(nx=n, edge=edge)
-        if scene.line
-        else Grid(nx=round(RATIO * n) if rolls else n, ny=n, edge=edge)
-    )
-    second_order = isinstance(motion, Steady) and not scene.hardens
-    return replace(scene, grid=grid, motion=motion.second_order() if second_order else motion)
+        edge = "touched"
+        if rolls and not scene.hardens:
+            edge = "softened"
+    if scene.line:
+        grid = Grid(nx=n, edge=edge)
+    elif rolls:
+        grid = Grid(nx=round(RATIO * n), ny=n, edge=edge)
+    else:
+        grid = Grid(nx=n, ny=n, edge=edge)
+    if isinstance(motion, Steady) and not scene.hardens:
+        motion = motion.second_order()
+    return replace(scene, grid=grid, motion=motion)
 
 
 def richardson(
@@ -231,57 +269,85 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     A patch that is too narrow on the coarsest of them adds its part of the load, or of the peak, by
     its elements.
     """
-    first, *_, fine = tried = levels[-GRIDS:]
-    per = units(fine.answer) | fine.unjudged
-    order = 1.0 if fine.answer.scene.hardens else ORDER
-    narrow = first.unresolved(target.accuracy)
-    across_peak = next((each.across for each in fine.patches if each.peak), fine.n)
-    found = [level.values | level.unjudged for level in tried]
-    best = dict(found[-1])
+    last_levels = levels[-GRIDS:]
+    fine = last_levels[-1]
+    unit = units(fine.answer) | fine.unjudged
+    order = ORDER
+    if fine.answer.scene.hardens:
+        order = 1.0
+    narrow = last_levels[0].unresolved(target.accuracy)
+    by_level = [(level.n, level.values | level.unjudged) for level in last_levels]
+    on_grid = by_level[-1][1]
+    best = dict(on_grid)
     errors = {}
-    for name in (name for name in found[-1] if name in found[-2]):
-        known = [k for k, level in enumerate(found) if name in level]
+    for name in (name for name in on_grid if name in by_level[-2][1]):
+        # Richardson's steps between the grids that have the value
+        tried = [(n, level_values[name]) for n, level_values in by_level if name in level_values]
         value, error = richardson(
-            [found[k][name] for k in known], [tried[k].n for k in known], order
+            [level_value for _, level_value in tried], [n for n, _ in tried], order
         )
-        of_peak = name == "peak_pressure"
-        floor = FLOOR * (min(across_peak, fine.n) if of_peak else fine.n) ** -ORDER
-        if not of_peak:
-            floor += FLOOR_UNLIKE * _unlikeness(fine.answer.scene) / fine.n
-        missed = sum(
-            (1.0 if of_peak and each.peak else each.share) / each.across for each in narrow
-        )
+        # the part that no grid shows, and that of patches too narrow for the first one
         best[name] = float(value)
-        errors[name] = float(error) / per[name] + floor + missed
-    bars = {name: error * per[name] for name, error in errors.items()}
-    *coarser, finest = (f"{level.n:.0f}" for level in tried)
+        errors[name] = float(error) / unit[name] + _floor(fine, name) + _missed(narrow, name)
+    return ErrorEstimate(
+        best,
+        {name: error for name, error in errors.items() if name in fine.values},
+        _how_estimated(last_levels, narrow, order),
+        tuple(
+            Solve(level.answer.grid.nx, level.answer.grid.rows, level.seconds) for level in levels
+        ),
+        target.accuracy,
+        target.time_budget,
+        on_grid,
+        {name: error * unit[name] for name, error in errors.items()},
+    )
+
+
+def _floor(fine: GridLevel, name: str) -> float:
+    """Error of a value that no grid shows, with `fine` as the finest of them."""
+    if name == "peak_pressure":
+        across = next((patch.across for patch in fine.patches if patch.peak), fine.n)
+        return FLOOR * min(across, fine.n) ** -ORDER
+    floor = FLOOR * fine.n**-ORDER
+    return floor + FLOOR_UNLIKE * _unlikeness(fine.answer.scene) / fine.n
+
+
+def _missed(narrow: list[Patch], name: str) -> float:
+    """Error of a value by patches with too few elements across."""
+    missed = 0.0
+    for patch in narrow:
+        share = patch.share
+        if name == "peak_pressure" and patch.peak:
+            share = 1.0
+        missed += share / patch.across
+    return missed
+
+
+def _how_estimated(last_levels: list[GridLevel], narrow: list[Patch], order: float) -> str:
+    *coarser, finest = (f"{level.n:.0f}" for level in last_levels)
     grids = f"{', '.join(coarser)} and {finest} elements across the contact"
     how = f"by Richardson's steps of order {order:g} between grids of {grids}"
     if narrow:
-        how += f"; the narrowest patch has {min(each.across for each in narrow):.2g} elements on the first of them"
-    solves = tuple(
-        Solve(level.answer.grid.nx, level.answer.grid.rows, level.seconds) for level in levels
-    )
-    judged = {name: error for name, error in errors.items() if name in fine.values}
-    on_grid = fine.values | fine.unjudged
-    return ErrorEstimate(
-        best, judged, how, solves, target.accuracy, target.time_budget, on_grid, bars
-    )
+        across = min(patch.across for patch in narrow)
+        how += f"; the narrowest patch has {across:.2g} elements on the first of them"
+    return how
 
 
 def _unlikeness(scene: Scene) -> float:
     """|K| of the materials at the surfaces, where pressures shift what tractions hold."""
     if not scene.coupled or scene.frictionless:
         return 0.0
-    surfaces = scene.bodies.surfaces if isinstance(scene.bodies, BodyPair) else scene.bodies
-    return abs(surfaces.K)
+    bodies = scene.bodies
+    if isinstance(bodies, BodyPair):
+        bodies = bodies.surfaces
+    return abs(bodies.K)
 
 
 def coarsest(line: bool, accuracy: float | None) -> int:
     """Elements across on the first grid, with which the floor takes a part of the accuracy on the
     third one.
     """
-    n = FIRST_IN_LINE if line else FIRST
+    n = COARSEST_ELEMENTS_LINE if line else COARSEST_ELEMENTS
     if accuracy is None:
         return n
     return max(
@@ -297,11 +363,10 @@ def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
     last = most = n * RATIO ** (GRIDS - 1)
     if _fits(scene, options, last):
         return n
-    what = (
-        f"time_budget = {target.time_budget}"
-        if target.accuracy is None
-        else f"accuracy = {target.accuracy:g}"
-    )
+    if target.accuracy is None:
+        what = f"time_budget = {target.time_budget}"
+    else:
+        what = f"accuracy = {target.accuracy:g}"
     while most > 1 and not process.fits(2 * _size(scene, options, most)[1]):
         most /= 1.1
     fits = f"accuracy = {FLOOR / FLOOR_PART * most**-ORDER:.2g} fits"
@@ -316,7 +381,9 @@ def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> in
     )
     usual = math.ceil(last.n * RATIO)
     n = math.ceil(last.n * max(RATIO, NARROWEST / narrowest))
-    return usual if few and n > usual and not _fits(scene, options, n) else n
+    if few and n > usual and not _fits(scene, options, n):
+        return usual
+    return n
 
 
 def _level(
@@ -328,9 +395,10 @@ def _level(
     Coarse grids have no certificate; a grid begins from the one before.
     """
     started = time.perf_counter()
-    before = levels[-1].answer if levels else None
+    initial_guess = None
+    if levels and isinstance(levels[-1].answer, Solution):
+        initial_guess = levels[-1].answer
     final = len(levels) + 1 >= GRIDS
-    near = before if isinstance(before, Solution) else None
 
     def tell(stage: str) -> None:
         options.progress(f"{n} elements across the contact: {stage}")
@@ -338,7 +406,8 @@ def _level(
     on_level = replace(options, progress=tell, final=final, deadline=deadline)
     while True:
         try:
-            answer = _solved(gridded(scene, options.plan.closed_form, n), on_level, near)
+            on_grid = gridded(scene, options.plan.closed_form, n)
+            answer = _solved(on_grid, on_level, initial_guess)
             break
         except TooCoarse:
             n = math.ceil(RATIO * n)
@@ -348,10 +417,10 @@ def _level(
     return GridLevel.of(n, answer, time.perf_counter() - started, options.target)
 
 
-def _solved(scene: Scene, options: SolveOptions, near: Solution | None = None) -> Answer:
+def _solved(scene: Scene, options: SolveOptions, initial_guess: Solution | None = None) -> Answer:
     if isinstance(scene.motion, Transient):
         return solve_transient(scene, options)
-    return solve_on_grid(scene, options, near)
+    return solve_on_grid(scene, options, initial_guess)
 
 
 def _patches(sol: Solution) -> tuple[Patch, ...]:
@@ -363,20 +432,22 @@ def _patches(sol: Solution) -> tuple[Patch, ...]:
     from scipy.ndimage import label
 
     labels, count = label(sol.pressure > 0, np.ones((3, 3)))
-    found = []
+    patches = []
     for number in range(1, count + 1):
         patch = labels == number
-        places = np.argwhere(patch)[:, 1:] if sol.grid.line else np.argwhere(patch)
+        places = np.argwhere(patch)
+        if sol.grid.line:
+            places = places[:, 1:]
         variances = np.linalg.eigvalsh(np.atleast_2d(np.cov(places, rowvar=False, bias=True)))
         share = sol.pressure[patch].sum() / sol.pressure.sum()
         peak = sol.pressure[patch].max() == sol.pressure.max()
-        found.append(Patch(4 * math.sqrt(variances[0] + 1 / 12), float(share), bool(peak)))
-    return tuple(found)
+        patches.append(Patch(4 * math.sqrt(variances[0] + 1 / 12), float(share), bool(peak)))
+    return tuple(patches)
 
 
 def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
-    """Whether so many elements across the contact fit into half of the memory; by default they are
-    not too many.
+    """True if n elements across the contact fit into half of the memory, and by default are not
+    too many.
     """
     assert options.target is not None
     elements, size = _size(scene, options, n)
@@ -384,16 +455,21 @@ def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
 
 
 def _size(scene: Scene, options: SolveOptions, n: float) -> tuple[int, float]:
-    """The elements with so many across the contact, and bytes of a solve on them and of the steps
-    of two histories.
+    """Elements of the grid with n across the contact, and bytes of a solve with them and of the
+    steps of two histories.
     """
     on_grid = gridded(scene, options.plan.closed_form, math.ceil(n))
     elements = given_grid(on_grid).size
     plan = options.plan_for(on_grid)
-    pressures = 0.0 if plan.closed_form else peak(plan.normal, "", elements)
-    tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.has_friction else 0.0
-    kept = bytes_of_steps(scene.motion, elements) if isinstance(scene.motion, Transient) else 0.0
-    return elements, max(pressures, tractions) + 2 * kept
+    solving = 0.0
+    if not plan.closed_form:
+        solving = peak(plan.normal, "", elements)
+    if plan.has_friction:
+        solving = max(solving, peak(plan.tangential, plan.formulation, 2 * elements))
+    steps = 0.0
+    if isinstance(scene.motion, Transient):
+        steps = bytes_of_steps(scene.motion, elements)
+    return elements, solving + 2 * steps
 
 
 def _not_reached(
@@ -419,18 +495,14 @@ def _closed_form(scene: Scene, options: SolveOptions) -> Answer:
     started = time.perf_counter()
     grid = Grid(nx=4 * SHOWN + 1) if scene.line else Grid(nx=SHOWN, ny=SHOWN)
     answer = _solved(replace(scene, grid=grid), options)
-    steps = (
-        {f"[{k}]": sol for k, sol in enumerate(answer)}
-        if isinstance(answer, History)
-        else {"": answer}
-    )
-    hertz = {name: sol.scene.hertz for name, sol in steps.items() if sol.pressure.any()}
-    peaks = {
-        f"peak_pressure{name}": each.peak_pressure
-        for name, each in hertz.items()
-        if each is not None
-    }
-    best = values(answer) | peaks
+    if isinstance(answer, History):
+        steps = {f"[{k}]": sol for k, sol in enumerate(answer)}
+    else:
+        steps = {"": answer}
+    best = values(answer)
+    for name, sol in steps.items():
+        if sol.pressure.any() and sol.scene.hertz is not None:
+            best[f"peak_pressure{name}"] = sol.scene.hertz.peak_pressure
     solves = (Solve(answer.grid.nx, answer.grid.rows, time.perf_counter() - started),)
     how = "Hertz's pressure and approach are exact in the continuum"
     target = options.target
@@ -451,20 +523,20 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
             answer,
             solutions=[with_values(sol, estimate.of_step(k)) for k, sol in enumerate(answer)],
         )
-    known = estimate.values
-    # where the pressure bears a part of Fy
-    if {"Fx", "Fy"} <= set(known) and not answer.scene.conformal:
-        size = math.hypot(known["Fx"], known["Fy"])
+    best = estimate.values
+    # in conformal contact the pressure bears a part of Fy
+    if {"Fx", "Fy"} <= set(best) and not answer.scene.conformal:
+        size = math.hypot(best["Fx"], best["Fy"])
         limit = friction_limit(answer)
         # extrapolated, a force may be beyond what friction carries
         part = limit / size if size > limit else 1.0
-        known = known | {name: part * known[name] for name in ("Fx", "Fy")}
-        estimate = replace(estimate, values=known)
+        best = best | {name: part * best[name] for name in ("Fx", "Fy")}
+        estimate = replace(estimate, values=best)
     names = creepage_names(answer)
     first, second, third = (
-        known.get(name, own) for name, own in zip(names, answer.creepage, strict=True)
+        best.get(name, own) for name, own in zip(names, answer.creepage, strict=True)
     )
-    approach = known.get("approach", answer.approach)
+    approach = best.get("approach", answer.approach)
     return replace(
         answer, creepage=(first, second, third), approach=approach, error_estimate=estimate
     )

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -116,9 +115,8 @@ class ContactSolver:
             pressure[elements] = raw.traction
             pressure = pressure.reshape(disc.grid.shape)
             approach = float(raw.rigid[0])
-            return replace(
-                state, pressure=pressure, approach=approach, **answered(state, "normal", raw)
-            )
+            state = replace(state, pressure=pressure, approach=approach)
+            return record_answer(state, "normal", raw)
 
     def pressure_on_subgrid(
         self, disc: Discretisation, state: ContactState
@@ -200,7 +198,7 @@ class ContactSolver:
                 f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf
             )
         traction, rigid = problem.on_grid(raw.traction, raw.rigid)
-        return replace(state, traction=traction, rigid=rigid, **answered(state, "tangential", raw))
+        return record_answer(replace(state, traction=traction, rigid=rigid), "tangential", raw)
 
     def joint_pass(self, disc: Discretisation, state: ContactState) -> ContactState:
         """Pressure and tractions of each other, under the traction bound of the pressure before.
@@ -337,18 +335,17 @@ def _coupled(
     return settled(one, state, max(residuals(disc, state)), unknown, Limits(tol, least=least))
 
 
-def answered(state: ContactState, problem: str, raw: RawSolution) -> dict[str, Any]:
-    """What a state says of the answer to one of its problems."""
-    return {
-        "iterations": {
-            **state.iterations,
-            problem: state.iterations.get(problem, 0) + raw.iterations,
-        },
-        "status": {**state.status, problem: raw.status},
-        "solved": {**state.solved, problem: raw.solved},
-        "solved_by": {**state.solved_by, problem: raw.solver},
-        "reasons": {**state.reasons, problem: raw.reason},
-    }
+def record_answer(state: ContactState, problem: str, raw: RawSolution) -> ContactState:
+    """The state with the record of the answer to one of its problems."""
+    iterations = state.iterations.get(problem, 0) + raw.iterations
+    return replace(
+        state,
+        iterations={**state.iterations, problem: iterations},
+        status={**state.status, problem: raw.status},
+        solved={**state.solved, problem: raw.solved},
+        solved_by={**state.solved_by, problem: raw.solver},
+        reasons={**state.reasons, problem: raw.reason},
+    )
 
 
 def with_normal_force(

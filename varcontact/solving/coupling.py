@@ -8,22 +8,22 @@ Anderson's method. Source: D. G. Anderson, J. ACM 12 (1965) 547-560.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState
-from varcontact.errors import Saturated, VarcontactError
+from varcontact.errors import Saturated, SceneError, VarcontactError
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.coupled import CoupledProblem, newton_coupled
 
-SLOW = 0.2
-"""A pass that leaves more than this part of the residual is slow: from then on passes are
+SLOW_PASS = 0.2
+"""Part of the residual that a pass leaves, above which it is slow: from then on passes are
 accelerated."""
-HELD = 15
+VAIN_PASSES_MAX = 15
 """Accelerated passes in a row without gain after which passes stay plain: where two solutions have
 just vanished, acceleration would hold them there."""
 MEMORY = 6
@@ -52,72 +52,127 @@ class Limits:
     greatest: float = np.inf
 
 
-def settled(
-    one: Callable[[ContactState], tuple[ContactState, float]],
+OuterIteration = Callable[[ContactState], tuple[ContactState, float]]
+"""A pass: the state after another one, and its residual."""
+
+
+@dataclass
+class _Acceleration:
+    """Anderson's combination of the last passes, and whether it is in use.
+
+    `starts` and `ends`: the values of the unknown that the last passes began with and gave. `vain`:
+    accelerated passes in a row without gain.
+    """
+
+    limits: Limits
+    starts: list[np.ndarray] = field(default_factory=list)
+    ends: list[np.ndarray] = field(default_factory=list)
+    active: bool = False
+    vain: int = 0
+
+    def add(self, start: np.ndarray, end: np.ndarray) -> None:
+        self.starts = [*self.starts, start][-MEMORY:]
+        self.ends = [*self.ends, end][-MEMORY:]
+
+    @property
+    def changes(self) -> list[np.ndarray]:
+        return [end - start for start, end in zip(self.starts, self.ends, strict=True)]
+
+    def decide(self, number: int, residual: float, before: float, gained: bool) -> None:
+        """Begin or end after a pass, of that number, which leads from one residual to another."""
+        changes = self.changes
+        # a change against the one before, as under rising friction: no branch is lost then
+        turns = len(changes) > 1 and float(np.sum(changes[-2] * changes[-1])) < 0
+        ready = number > self.limits.plain or residual < self.limits.near or turns
+        if gained and self.vain < VAIN_PASSES_MAX:
+            self.vain = 0
+        elif self.active:
+            self.vain += 1
+        if ready and not residual < SLOW_PASS * before:
+            self.active = True
+        if self.vain >= VAIN_PASSES_MAX:
+            self.active = False
+
+    def next_start(self) -> np.ndarray:
+        """The combination of values for which the same combination of changes is smallest."""
+        ends = self.ends
+        if len(ends) == 1:
+            mixed = ends[-1]
+        else:
+            columns = np.reshape(self.changes, (len(ends), -1))
+            differences = np.diff(columns, axis=0).T
+            weights, *_ = np.linalg.lstsq(differences, columns[-1], rcond=1e-10)
+            mixed = ends[-1] - np.tensordot(weights, np.diff(ends, axis=0), axes=1)
+        return np.clip(mixed, self.limits.least, self.limits.greatest)
+
+
+def fixed_point(
+    outer_iteration: OuterIteration,
     first: ContactState,
     residual: float,
     unknown: str,
     limits: Limits,
 ) -> ContactState:
-    """The state of the least residual after passes `one` until the field `unknown` stays; its
-    `passes` tell of all.
+    """The state of the least residual after passes until the field `unknown` stays; its `passes`
+    are the record of all.
 
     They also end where solvers give up twice in a row with nothing gained, after `PASSES_MAX` in all
     loops, and with an error, as of an iterate that is no contact any more.
     """
     state = best = replace(first, passes=((1.0, residual),))
-    lost = failures = held = 0
-    accelerated = False
-    given: list[np.ndarray] = []
-    found: list[np.ndarray] = []
-    while len(state.passes) < limits.passes and lost < limits.patience and failures < 2:
-        before, least = state.passes, best.passes[-1][1]
+    without_gain = 0
+    failures = 0
+    acceleration = _Acceleration(limits)
+    while len(state.passes) < limits.passes and without_gain < limits.patience and failures < 2:
+        before = state.passes
+        least = best.passes[-1][1]
         if least <= limits.tol or np.isnan(least) or state.pass_count >= PASSES_MAX:
             break
+
+        # a pass
         try:
-            after, residual = one(state)
+            after, residual = outer_iteration(state)
         except VarcontactError as error:
-            early = len(before) <= limits.plain and not accelerated
-            of_law = getattr(error, "field", "").startswith("friction")
-            if of_law or (early and isinstance(error, Saturated)):
+            early = len(before) <= limits.plain and not acceleration.active
+            if _stops_all(error, early):
                 raise
             break
-        given = [*given, state.unknown(unknown)][-MEMORY:]
-        found = [*found, after.unknown(unknown)][-MEMORY:]
-        passes = (*before, (distance(found[-1], given[-1]), residual))
-        state = after = replace(after, passes=passes, pass_count=after.pass_count + 1)
+        start = state.unknown(unknown)
+        end = after.unknown(unknown)
+        passes = (*before, (distance(end, start), residual))
+        after = replace(after, passes=passes, pass_count=after.pass_count + 1)
+
+        # its gain
         gained = residual < least
-        best, lost = (after, 0) if gained else (best, lost + 1)
-        failures = 0 if gained or all(after.solved.values()) else failures + 1
-        changes = [after - before for after, before in zip(found, given, strict=True)]
-        # a change against the one before, as under rising friction: no branch is lost then
-        turns = len(changes) > 1 and float(np.sum(changes[-2] * changes[-1])) < 0
-        ready = len(before) > limits.plain or residual < limits.near or turns
-        held = 0 if gained and held < HELD else held + accelerated
-        accelerated = held < HELD and (
-            accelerated or (ready and not residual < SLOW * before[-1][1])
-        )
-        if accelerated:
-            state = after.with_unknown(
-                unknown, np.clip(_mixed(found, changes), limits.least, limits.greatest)
-            )
+        without_gain += 1
+        failures += 1
+        if gained:
+            best = after
+            without_gain = 0
+        if gained or all(after.solved.values()):
+            failures = 0
+
+        # the start of the next
+        state = after
+        acceleration.add(start, end)
+        acceleration.decide(len(before), residual, before[-1][1], gained)
+        if acceleration.active:
+            state = after.with_unknown(unknown, acceleration.next_start())
     return replace(best, passes=state.passes, pass_count=state.pass_count)
 
 
-def _mixed(found: list[np.ndarray], changes: list[np.ndarray]) -> np.ndarray:
-    """The combination of found values for which the same combination of changes is smallest."""
-    if len(found) == 1:
-        return found[-1]
-    columns = np.reshape(changes, (len(changes), -1))
-    weights, *_ = np.linalg.lstsq(np.diff(columns, axis=0).T, columns[-1], rcond=1e-10)
-    return np.asarray(found[-1] - np.tensordot(weights, np.diff(found, axis=0), axes=1))
+def _stops_all(error: VarcontactError, early: bool) -> bool:
+    """True for errors of the friction law, and early of a force that friction cannot carry."""
+    of_law = isinstance(error, SceneError) and error.field.startswith("friction")
+    return of_law or (early and isinstance(error, Saturated))
 
 
-def distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Largest difference of two fields by the largest of the first."""
-    size, apart = float(np.abs(one).max()), float(np.abs(one - other).max())
+def distance(values: np.ndarray, other: np.ndarray) -> float:
+    """Largest difference of two fields, relative to the largest value of the first."""
+    size = float(np.abs(values).max())
+    difference = float(np.abs(values - other).max())
     # of nothing, not beyond all numbers
-    return apart / max(size, apart * np.finfo(float).eps, np.finfo(float).tiny)
+    return difference / max(size, difference * np.finfo(float).eps, np.finfo(float).tiny)
 
 
 def coupled_newton(
@@ -129,54 +184,81 @@ def coupled_newton(
     In conformal contact they bear the normal force along the normal of the plane, and the approach
     is then given.
     """
-    tangential, loading = disc.tangential_problem(state.pressure), disc.loading
+    tangential = disc.tangential_problem(state.pressure)
     if tangential.size == 0 or not np.any(state.traction):
         return disc, state
-    chosen, operators = tangential.directions, disc.operators
-    free = loading.normal_force is not None
-    turned = free and disc.conformal and loading.law is None
-    blocks = operators.normal, disc.tangential_operator.between(chosen, chosen)
-    across = (
-        operators.traction_to_distance.between((0,), chosen),
-        disc.pressure_to_shift.between(chosen, (0,)),
-    )
-    problem = CoupledProblem(
-        operator=type(blocks[0]).in_blocks([[blocks[0], across[0]], [across[1], blocks[1]]]),
-        blocks=blocks,
-        distance=(disc.distance - disc.base) / disc.scales.displacement,
-        rigid_shift=disc.known_shift[list(chosen)],
-        friction=np.broadcast_to(np.asarray(loading.coefficient, dtype=float), disc.grid.shape),
-        area=disc.lattice.area,
-        approach=None if free else state.approach,
-        force=(
-            None if loading.normal_force is None else loading.normal_force / disc.scales.force,
-            *tangential.force,
-        ),
-        along_normal=disc.along_normal[[2, *chosen]] if turned else None,
-    )
+    directions = list(tangential.directions)
+    force_prescribed = disc.loading.normal_force is not None
+    along_normal = force_prescribed and disc.conformal and disc.loading.law is None
 
-    def found(raw: RawSolution) -> ContactState:
-        traction, rigid = np.zeros((2, *disc.grid.shape)), np.zeros(2)
-        traction[list(chosen)], rigid[list(chosen)] = raw.traction[1:], raw.rigid[1:]
-        approach = -float(raw.rigid[0]) if free else state.approach
+    def state_of(raw: RawSolution) -> ContactState:
+        traction = np.zeros((2, *disc.grid.shape))
+        traction[directions] = raw.traction[1:]
+        rigid = np.zeros(2)
+        rigid[directions] = raw.rigid[1:]
+        approach = -float(raw.rigid[0]) if force_prescribed else state.approach
         return replace(
             state, pressure=raw.traction[0], approach=approach, traction=traction, rigid=rigid
         )
 
     def residual(raw: RawSolution) -> float:
-        there = found(raw)
-        if not turned:
-            return max(residuals(disc, there))
-        excess = disc.excess_force(there.traction, there.pressure)
-        return max(*residuals(disc.at_approach(there.approach), there), abs(excess))
+        iterate = state_of(raw)
+        if not along_normal:
+            return max(residuals(disc, iterate))
+        excess = disc.excess_force(iterate.traction, iterate.pressure)
+        return max(*residuals(disc.at_approach(iterate.approach), iterate), abs(excess))
 
-    level = np.concatenate([[-state.approach if free else 0.0], state.rigid[list(chosen)]])
-    fields = np.concatenate([state.pressure[None], state.traction[list(chosen)]])
+    # pressure and tractions together, from those of the state
+    problem = _coupled_problem(disc, tangential, state.approach, along_normal)
+    level = [-state.approach if force_prescribed else 0.0]
+    start = RawSolution(
+        np.concatenate([state.pressure[None], state.traction[directions]]),
+        np.concatenate([level, state.rigid[directions]]),
+        0,
+        "start",
+    )
     with settings.stats.called("newton"):
-        raw = newton_coupled(problem, settings, RawSolution(fields, level, 0, "start"), residual)
+        raw = newton_coupled(problem, settings, start, residual)
         settings.stats.iterated("newton", raw.iterations)
-    finite = raw.finite and np.any(raw.traction[0])
-    better = finite and (raw.solved or (not turned and residual(raw) < max(residuals(disc, state))))
+
+    # kept where they are better
     iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
-    state = replace(found(raw) if better else state, iterations=iterations)
-    return (disc.at_approach(state.approach) if turned and better else disc), state
+    better = raw.finite and np.any(raw.traction[0])
+    if better and not raw.solved:
+        better = not along_normal and residual(raw) < max(residuals(disc, state))
+    if not better:
+        return disc, replace(state, iterations=iterations)
+    state = replace(state_of(raw), iterations=iterations)
+    if along_normal:
+        disc = disc.at_approach(state.approach)
+    return disc, state
+
+
+def _coupled_problem(
+    disc: Discretisation, tangential: TangentialProblem, approach: float, along_normal: bool
+) -> CoupledProblem:
+    """The problem of pressure and tractions in the directions of the tangential problem, at the
+    approach where no force is prescribed.
+    """
+    directions = tangential.directions
+    operators = disc.operators
+    normal_force = None
+    if disc.loading.normal_force is not None:
+        normal_force = disc.loading.normal_force / disc.scales.force
+    blocks = operators.normal, disc.tangential_operator.between(directions, directions)
+    across = (
+        operators.traction_to_distance.between((0,), directions),
+        disc.pressure_to_shift.between(directions, (0,)),
+    )
+    coefficient = np.asarray(disc.loading.coefficient, dtype=float)
+    return CoupledProblem(
+        operator=type(blocks[0]).in_blocks([[blocks[0], across[0]], [across[1], blocks[1]]]),
+        blocks=blocks,
+        distance=(disc.distance - disc.base) / disc.scales.displacement,
+        rigid_shift=disc.known_shift[list(directions)],
+        friction=np.broadcast_to(coefficient, disc.grid.shape),
+        area=disc.lattice.area,
+        approach=approach if normal_force is None else None,
+        force=(normal_force, *tangential.force),
+        along_normal=disc.along_normal[[2, *directions]] if along_normal else None,
+    )

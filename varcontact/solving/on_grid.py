@@ -12,7 +12,7 @@ import numpy as np
 
 from varcontact.checks import LARGE
 from varcontact.discrete import contact_grid
-from varcontact.discrete.certificate import certificate_of
+from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
@@ -21,6 +21,7 @@ from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.physical import solution_of
+from varcontact.results.plan import Plan
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
@@ -36,29 +37,35 @@ from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
 from varcontact.system.process import lazy_property
 
-FOUND = 1e-4
+PLACE_TOL = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of
 the elements."""
-ROUNDING = 1e-9
+BORDER_ROUNDING = 1e-9
 """Part of an element by which a sample may miss its border and still lie on it."""
-LOOK, LOOKS = 24, 60
-"""Elements across on a grid by which a contact is looked for, and the most looks."""
-ACROSS = 8
-"""Elements across the contact with which a look is close enough."""
-GRIDS, CLOSER = 20, 3
-"""The most grids that are tried, and how often one that lies closer around the contact."""
+SEARCH_ELEMENTS = 24
+"""Elements across on a grid of the coarse search for a contact."""
+SEARCH_GRIDS_MAX = 60
+"""Grids of the coarse search at most."""
+SEARCH_TOL = 1e-6
+"""Residual of the pressures of the coarse search."""
+SEARCH_ELEMENTS_ACROSS = 8
+"""Elements across the contact with which the coarse search ends."""
+GRIDS_MAX = 20
+"""Grids that are tried at most."""
+CLOSER_GRIDS_MAX = 3
+"""Grids at most that lie closer around the contact than the one before."""
 ROOM = 0.1
-"""Room that a contact is given where tractions move it, by its length: only the next elements are
-seen."""
-WIDEST = 2.0
-"""How far the reference surface may turn over a conformal contact [rad]."""
-ROUNDED = 1e-3
-"""The part of the approach that the rounding of distances may be."""
+"""Room that a contact is given where tractions move it, as a part of its length: only the next
+elements are solved for."""
+TURN_MAX = 2.0
+"""Angle by which the reference surface may turn over a conformal contact [rad]."""
+DISTANCE_ROUNDING_MAX = 1e-3
+"""Part of the approach that the rounding of distances may be."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactOnGrid:
-    """A contact with pressure and tractions that has not been judged yet."""
+    """Contact with pressure and tractions that has no certificate yet."""
 
     scene: Scene
     disc: Discretisation
@@ -70,17 +77,18 @@ class ContactOnGrid:
         cls,
         scene: Scene,
         options: SolveOptions,
-        near: Solution | Near | None = None,
-        known: Operators | None = None,
+        initial_guess: Solution | InitialGuess | None = None,
+        operators: Operators | None = None,
     ) -> ContactOnGrid:
-        """See `solve_on_grid`; operators that are `known` serve again."""
+        """See `solve_on_grid`; `operators` serve again on the same lattice."""
         solver = options.solver(scene)
-        return cls(scene, *solve_contact(scene, solver, known, near=near), solver)
+        disc, state = solve_contact(scene, solver, operators, initial_guess=initial_guess)
+        return cls(scene, disc, state, solver)
 
-    def loaded(
-        self, scene: Scene, options: SolveOptions, near: Solution | Near | None
+    def with_friction(
+        self, scene: Scene, options: SolveOptions, initial_guess: Solution | InitialGuess | None
     ) -> ContactOnGrid | None:
-        """With the tractions to begin with of the same scene with friction, if these leave the
+        """Contact with the first tractions of the same scene with friction, if these leave the
         pressure as it is.
         """
         solver = options.solver(scene)
@@ -90,195 +98,227 @@ class ContactOnGrid:
         )
         if not exact or solver.plan.coupling != "none":
             return None
-        state = self.state if near is None else _with_tractions_of(near, disc, self.state)
+        state = self.state
+        if initial_guess is not None:
+            state = _with_tractions_of(initial_guess, disc, state)
         return ContactOnGrid(scene, disc, state, solver)
 
-    def settled(self) -> ContactOnGrid:
-        """With the tractions that go with the pressure."""
+    def with_tractions(self) -> ContactOnGrid:
+        """Contact with the tractions that go with the pressure."""
         return replace(self, state=contact(self.disc, self.solver, self.state))
 
     @lazy_property
-    def near(self) -> Near:
-        """Where the contact in a similar scene begins."""
-        return Near.of(self.disc, self.state)
+    def initial_guess(self) -> InitialGuess:
+        """Start of the contact in a similar scene."""
+        return InitialGuess.of(self.disc, self.state)
 
     @property
     def force(self) -> np.ndarray:
         """Fx, Fy and the normal force, physical."""
-        fields = (self.near.traction, self.near.pressure)
+        traction = self.initial_guess.traction
+        pressure = self.initial_guess.pressure
         surface = self.scene.surface
         if isinstance(surface, SampledDistance):
-            fields = surface.along_axes(self.disc.grid, *fields)
-        return np.array([*fields[0].sum(axis=(1, 2)), fields[1].sum()]) * self.disc.grid.area
+            traction, pressure = surface.along_axes(self.disc.grid, traction, pressure)
+        return np.array([*traction.sum(axis=(1, 2)), pressure.sum()]) * self.disc.grid.area
 
     def solution(self) -> Solution:
         solution = finish(self.scene, self.disc, self.state, self.solver)
         if not isinstance(self.scene.surface, SampledDistance):
             return solution
         warning = noise_warning(self.scene, self.disc, self.state, self.solver)
-        return replace(solution, warnings=(warning,)) if warning else solution
+        if not warning:
+            return solution
+        return replace(solution, warnings=(warning,))
 
 
 def solve_on_grid(
-    scene: Scene, options: SolveOptions, near: Solution | Near | None = None
+    scene: Scene, options: SolveOptions, initial_guess: Solution | InitialGuess | None = None
 ) -> Solution:
     """A scene, which is no history, on its own grid: from the plan to the certified solution.
 
-    A solution `near` is of the same scene on another grid.
+    The initial guess is of the same scene on another grid.
     """
-    found = ContactOnGrid.of(scene, options, near)
+    on_grid = ContactOnGrid.of(scene, options, initial_guess)
     try:
-        return (
-            found.solution()
-            if options.final
-            else finish(scene, found.disc, found.state, found.solver)
-        )
+        if options.final:
+            return on_grid.solution()
+        return finish(scene, on_grid.disc, on_grid.state, on_grid.solver)
     finally:
-        found.disc.operators.forget()
+        on_grid.disc.operators.forget()
 
 
 def solve_contact(
     scene: Scene,
     solver: ContactSolver,
-    known: Operators | None = None,
-    before: np.ndarray | None = None,
-    near: Solution | Near | None = None,
+    operators: Operators | None = None,
+    traction: np.ndarray | None = None,
+    initial_guess: Solution | InitialGuess | None = None,
 ) -> tuple[Discretisation, ContactState]:
     """The contact on a grid that holds it: where it goes on outside a grid of our choice, that is
     enlarged.
 
     The contact without tractions settles the grid; of unlike bodies it is then that with tractions.
-    Operators that are `known` serve again on the same lattice. Tractions of like bodies begin from
-    those `before`, on as many elements. A solution `near`, on another grid, gives the place of the
-    contact, its pressure and its tractions. In conformal contact the force along the normal of the
-    plane is prescribed: the sum of the pressures is sought with which they and the tractions bear
-    it.
+    The `operators` serve again on the same lattice. Tractions of like bodies begin from `traction`,
+    on as many elements. An initial guess, on another grid, gives the place of the contact, its
+    pressure and its tractions. In conformal contact the force along the normal of the plane is
+    prescribed: the sum of the pressures is sought with which they and the tractions bear it.
     """
     coupled = solver.plan.coupling != "none"
-    conformal = False
     with solver.stats.stage("grid"):
-        grid, found = place(scene, solver, near)
-    moved = 0
-    for attempt in range(GRIDS):
-        disc = discretise(scene, grid, known)
-        known = disc.operators
-        conformal = disc.conformal
-        state = unloaded(grid) if found is None else _on(found, disc)
-        if solver.plan.cells(scene) == (1, 1):
-            state = solver.pressure(disc, state)
-        else:
-            disc, state = solver.pressure_on_subgrid(disc, state)
-        if conformal and scene.normal_force is not None:
-            _, state = with_normal_force(
-                disc, replace(solver, tol=max(solver.tol, FOUND)), state, coupled=False
-            )
-        with solver.stats.stage("grid"):
-            settled = coupled and moved > 0
-            wanted = (
-                None
-                if settled
-                else adjust(scene, disc, state, attempt < CLOSER, solver.plan.closed_form)
-            )
-        if wanted is None:
-            if near is not None:
-                state = _with_tractions_of(near, disc, state)
-            elif before is not None and solver.plan.has_friction and disc.K == 0:
-                state = (
-                    replace(state, traction=before)
-                    if before.shape == state.traction.shape
-                    else state
-                )
+        grid, last_contact = place(scene, solver, initial_guess)
+    contacts = 0
+    for attempt in range(GRIDS_MAX):
+        # the pressure without tractions
+        disc = discretise(scene, grid, operators)
+        operators = disc.operators
+        disc, state = _without_tractions(scene, solver, disc, last_contact)
+        next_grid = None
+        if not (coupled and contacts > 0):
+            with solver.stats.stage("grid"):
+                closer = attempt < CLOSER_GRIDS_MAX
+                next_grid = adjust(scene, disc, state, closer, solver.plan.closed_form)
+
+        # the tractions, on a grid that holds it; of unlike bodies they move the contact
+        if next_grid is None:
+            if initial_guess is not None:
+                state = _with_tractions_of(initial_guess, disc, state)
+            elif traction is not None and _serves_again(traction, solver, disc):
+                state = replace(state, traction=traction)
             state = contact(disc, solver, state)
             if coupled:
                 with solver.stats.stage("grid"):
-                    wanted = adjust(scene, disc, state, 0 < moved <= CLOSER, with_tractions=True)
-            moved += 1
-        if wanted is None:
+                    closer = 0 < contacts <= CLOSER_GRIDS_MAX
+                    next_grid = adjust(scene, disc, state, closer, with_tractions=True)
+            contacts += 1
+        if next_grid is None:
             break
-        known.forget()
-        grid = wanted
-        found = Near.of(disc, state)
+        operators.forget()
+        grid = next_grid
+        last_contact = InitialGuess.of(disc, state)
     else:
         message = (
             "grid: no potential contact was found that holds the contact; give an explicit grid"
         )
         message += contact_grid.if_noise(scene, grid)
         raise SceneError("grid", scene.grid, "explicit", message=message)
-    if conformal and scene.normal_force is not None:
+    if not disc.conformal:
+        return disc, state
+    if scene.normal_force is not None:
         disc, state = with_normal_force(disc, solver, state, coupled)
-    if conformal and isinstance(scene.surface, SampledDistance):
-        angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
-        turn = float(np.ptp(angles)) if angles.size else 0.0
-        if turn > WIDEST:
-            reason = "no influence numbers hold for a smaller radius of curvature"
-            raise SceneError(
-                "surface.inclination", turn, f"at most {WIDEST:g} rad over the contact: {reason}"
-            )
+    _check_turn(scene, disc, state)
     return disc, state
 
 
-def place(
-    scene: Scene, solver: ContactSolver, near: Solution | Near | None = None
-) -> tuple[Grid, Solution | Near | None]:
-    """The first grid: the scene's own, or one across the contact, and the contact, where one was
-    looked for.
+def _serves_again(traction: np.ndarray, solver: ContactSolver, disc: Discretisation) -> bool:
+    """True if tractions of another motion can be a start: of like bodies on as many elements."""
+    return solver.plan.has_friction and disc.K == 0 and traction.shape == (2, *disc.grid.shape)
 
-    A Hertzian contact has its ellipse, and other bodies begin with that of half-spaces as soft. For
-    sampled distances looks at the frictionless contact tell, first across all samples, then closer
-    and closer; or a solution `near`.
+
+def _without_tractions(
+    scene: Scene,
+    solver: ContactSolver,
+    disc: Discretisation,
+    initial_guess: Solution | InitialGuess | None,
+) -> tuple[Discretisation, ContactState]:
+    """The pressure of the contact without tractions, in conformal contact under its force."""
+    state = unloaded(disc.grid)
+    if initial_guess is not None:
+        state = _on(initial_guess, disc)
+    if solver.plan.cells(scene) == (1, 1):
+        state = solver.pressure(disc, state)
+    else:
+        disc, state = solver.pressure_on_subgrid(disc, state)
+    if disc.conformal and scene.normal_force is not None:
+        rough = replace(solver, tol=max(solver.tol, PLACE_TOL))
+        _, state = with_normal_force(disc, rough, state, coupled=False)
+    return disc, state
+
+
+def _check_turn(scene: Scene, disc: Discretisation, state: ContactState) -> None:
+    """Refuse a conformal contact over which the reference surface turns too far."""
+    if not isinstance(scene.surface, SampledDistance):
+        return
+    angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
+    turn = float(np.ptp(angles)) if angles.size else 0.0
+    if turn > TURN_MAX:
+        reason = "no influence numbers hold for a smaller radius of curvature"
+        allowed = f"at most {TURN_MAX:g} rad over the contact: {reason}"
+        raise SceneError("surface.inclination", turn, allowed)
+
+
+def place(
+    scene: Scene, solver: ContactSolver, initial_guess: Solution | InitialGuess | None = None
+) -> tuple[Grid, Solution | InitialGuess | None]:
+    """The first grid: the scene's own, or one across the contact; and the contact, where one was
+    found.
+
+    A Hertzian contact has its ellipse, and other bodies begin with that of half-spaces as soft. The
+    contact of sampled distances is searched for, or it is where the initial guess has it.
     """
     spec = contact_grid.known_grid(scene)
     surface = scene.surface
-    if near is not None and not solver.plan.closed_form:
+    if initial_guess is not None and not solver.plan.closed_form:
         if spec.explicit:
-            return spec, near
-        return contact_grid.within(
-            spec.spread(contact_grid.contact_box(near.grid, near.pressure)), surface
-        ), near
+            return spec, initial_guess
+        box = contact_grid.contact_box(initial_guess.grid, initial_guess.pressure)
+        return contact_grid.within(spec.spread(box), surface), initial_guess
     if spec.explicit:
         return spec, None
-    if not isinstance(surface, SampledDistance):
-        assert isinstance(scene.bodies, BodyPair)
-        if isinstance(surface, Cylinders) and scene.approach is not None:
-            half = math.sqrt(2 * surface.R * scene.approach)
-            return spec.spread((-half, half, -math.inf, math.inf)), None
-        bodies = scene.bodies.softest
-        force = scene.normal_force
-        approach = scene.approach
-        hertz = Scene(bodies=bodies, surface=surface, normal_force=force, approach=approach).hertz
-        assert hertz is not None
-        return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
-    plan = solver.plan if solver.plan.method == "convex" else replace(solver.plan, normal="norm")
-    look = ContactSolver(plan, 1e-6, True, solver.stats, deadline=solver.deadline)
-    box = surface.box
-    last = None
-    relaxes = scene.bodies.relaxes
-    bare = replace(
-        scene,
-        motion=Steady(speed=scene.speed) if relaxes else None,
-        friction=0.0 if relaxes else None,
-    )
+    if isinstance(surface, SampledDistance):
+        return _coarse_search(scene, surface, solver)
+    assert isinstance(scene.bodies, BodyPair)
+    if isinstance(surface, Cylinders) and scene.approach is not None:
+        half = math.sqrt(2 * surface.R * scene.approach)
+        return spec.spread((-half, half, -math.inf, math.inf)), None
+    hertz = Scene(
+        bodies=scene.bodies.softest,
+        surface=surface,
+        normal_force=scene.normal_force,
+        approach=scene.approach,
+    ).hertz
+    assert hertz is not None
+    return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
+
+
+def _coarse_search(
+    scene: Scene, surface: SampledDistance, solver: ContactSolver
+) -> tuple[Grid, InitialGuess | None]:
+    """The grid around the frictionless contact of samples, and that contact: on coarse grids, first
+    across all samples, then closer and closer around it.
+    """
+    plan = solver.plan
+    if plan.method != "convex":
+        plan = replace(plan, normal="norm")
+    coarse = ContactSolver(plan, SEARCH_TOL, True, solver.stats, deadline=solver.deadline)
+    if scene.bodies.relaxes:
+        frictionless = replace(scene, motion=Steady(speed=scene.speed), friction=0.0)
+    else:
+        frictionless = replace(scene, motion=None, friction=None)
     # which may lie within the samples
     depth = None if scene.approach is None else surface.reference_depth
-    for _ in range(LOOKS):
-        grid = Grid(nx=LOOK, ny=None if scene.line else LOOK, margin=0).spread(box)
-        disc = discretise(
-            replace(bare, surface=_lowest_in_elements(surface, grid, depth), grid=grid), grid
-        )
-        state = look.pressure(disc, unloaded(grid) if last is None else _on(last, disc))
-        last = Near.of(disc, state)
-        columns_and_rows = contact_grid.across(state.pressure)
-        if (
-            min(columns_and_rows) >= (1 if scene.line else ACROSS)
-            and max(columns_and_rows) >= ACROSS
-        ):
+    rows = None if scene.line else SEARCH_ELEMENTS
+    narrowest = 1 if scene.line else SEARCH_ELEMENTS_ACROSS
+    box = surface.box
+    last_contact = None
+    for _ in range(SEARCH_GRIDS_MAX):
+        # the pressure on a coarse grid
+        grid = Grid(nx=SEARCH_ELEMENTS, ny=rows, margin=0).spread(box)
+        lowest = _lowest_in_elements(surface, grid, depth)
+        disc = discretise(replace(frictionless, surface=lowest, grid=grid), grid)
+        state = unloaded(grid) if last_contact is None else _on(last_contact, disc)
+        state = coarse.pressure(disc, state)
+        last_contact = InitialGuess.of(disc, state)
+
+        # close enough, or once more with the contact and the elements around it
+        across = contact_grid.across(state.pressure)
+        if min(across) >= narrowest and max(across) >= SEARCH_ELEMENTS_ACROSS:
             break
-        box = contact_grid.clipped(
-            contact_grid.contact_box(grid, state.pressure, around=1), surface
-        )
-    return contact_grid.within(
-        spec.spread(contact_grid.contact_box(grid, state.pressure)), surface
-    ), last
+        around = contact_grid.contact_box(grid, state.pressure, around=1)
+        box = contact_grid.clipped(around, surface)
+    spec = contact_grid.known_grid(scene)
+    box = contact_grid.contact_box(grid, state.pressure)
+    return contact_grid.within(spec.spread(box), surface), last_contact
 
 
 def adjust(
@@ -296,19 +336,16 @@ def adjust(
         return None  # placed around Hertz's contact
     overlap = outside(disc, state, closed_form)
     if overlap is not None:
-        return contact_grid.enlarged(
-            scene, disc.grid, state.pressure, overlap, ROOM * with_tractions
-        )
-    return (
-        contact_grid.fitted(scene, disc.grid, state.pressure, any_surface=with_tractions)
-        if closer
-        else None
-    )
+        room = ROOM if with_tractions else 0.0
+        return contact_grid.enlarged(scene, disc.grid, state.pressure, overlap, room)
+    if not closer:
+        return None
+    return contact_grid.fitted(scene, disc.grid, state.pressure, any_surface=with_tractions)
 
 
 @dataclass(frozen=True, eq=False)
-class Near:
-    """A contact that was found on a grid, physical: where that on the next one is found from."""
+class InitialGuess:
+    """Contact on a grid, physical, from which that on another grid begins."""
 
     grid: Grid
     pressure: np.ndarray
@@ -317,66 +354,75 @@ class Near:
     creepage: tuple[float, ...]
 
     @classmethod
-    def of(cls, disc: Discretisation, state: ContactState) -> Near:
+    def of(cls, disc: Discretisation, state: ContactState) -> InitialGuess:
         scales = disc.scales
         motion = disc.loading.motion
         creepage = (0.0, 0.0) if motion is None else state.rigid / unit_slip(disc)
-        approach = state.approach * scales.displacement + disc.base
-        fields = state.pressure * scales.pressure, approach, state.traction * scales.pressure
-        return cls(disc.grid, *fields, tuple(creepage))
+        return cls(
+            disc.grid,
+            pressure=state.pressure * scales.pressure,
+            approach=state.approach * scales.displacement + disc.base,
+            traction=state.traction * scales.pressure,
+            creepage=tuple(creepage),
+        )
 
 
-def _on(near: Solution | Near, disc: Discretisation) -> ContactState:
+def _on(initial_guess: Solution | InitialGuess, disc: Discretisation) -> ContactState:
     """The pressure and the approach of a contact on another grid."""
-    pressure = (
-        contact_grid.interpolated(near.grid, near.pressure[None], disc.grid)[0]
-        / disc.scales.pressure
+    pressure = contact_grid.interpolated(
+        initial_guess.grid, initial_guess.pressure[None], disc.grid
     )
-    approach = (
-        (near.approach - disc.base) / disc.scales.displacement
-        if np.isfinite(near.approach)
-        else 0.0
+    approach = 0.0
+    if np.isfinite(initial_guess.approach):
+        approach = (initial_guess.approach - disc.base) / disc.scales.displacement
+    return replace(
+        unloaded(disc.grid), pressure=pressure[0] / disc.scales.pressure, approach=approach
     )
-    return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
 
 
 def _with_tractions_of(
-    near: Solution | Near, disc: Discretisation, state: ContactState
+    initial_guess: Solution | InitialGuess, disc: Discretisation, state: ContactState
 ) -> ContactState:
-    """The state with the tractions of a solution on another grid; under a law of friction they
+    """The state with the tractions of a contact on another grid; under a law of friction they
     choose no branch.
     """
     motion = disc.loading.motion
     if motion is None or disc.loading.law is not None:
         return state
-    traction = contact_grid.interpolated(near.grid, near.traction, disc.grid) / disc.scales.pressure
-    found = np.nan_to_num(near.creepage[:2]) * unit_slip(disc)
-    given = [motion.Fx is None, motion.Fy is None]
+    traction = contact_grid.interpolated(initial_guess.grid, initial_guess.traction, disc.grid)
+    traction = traction / disc.scales.pressure
+    rigid = np.nan_to_num(initial_guess.creepage[:2]) * unit_slip(disc)
+    creepage_prescribed = [motion.Fx is None, motion.Fy is None]
     return replace(
-        state, traction=traction * (state.pressure > 0), rigid=np.where(given, 0.0, found)
+        state,
+        traction=traction * (state.pressure > 0),
+        rigid=np.where(creepage_prescribed, 0.0, rigid),
     )
 
 
 def _lowest_in_elements(
     surface: SampledDistance, grid: Grid, depth: float | None
 ) -> SampledDistance:
-    """The lowest distance known in each element: no summit falls between the centres of a coarse
-    look.
+    """The lowest distance of the samples in each element: no summit falls between the centres of a
+    coarse grid.
 
     A sample on the border of elements counts in all of them: a surface and its mirror image have
     mirrored grids.
     """
     distance = np.clip(surface.distance(grid), -LARGE, LARGE)  # splines swing
     x, y = surface.coordinates
-    (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
-    for way_x, way_y in product((-ROUNDING, ROUNDING), repeat=2):
+    dx, dy = grid.sides
+    x0, _, y0, _ = grid.box
+    for way_x, way_y in product((-BORDER_ROUNDING, BORDER_ROUNDING), repeat=2):
         ix = np.floor((x - x0) / dx + way_x).astype(int)
         iy = np.floor((y - y0) / dy + way_y).astype(int)
         columns = (ix >= 0) & (ix < grid.nx)
         rows = (iy >= 0) & (iy < grid.rows)
         flat = (iy[rows, None] * grid.nx + ix[None, columns]).ravel()
         np.minimum.at(distance.ravel(), flat, surface.samples[np.ix_(rows, columns)].ravel())
-    return SampledDistance(distance[0] if grid.line else distance, reference_depth=depth)
+    if grid.line:
+        distance = distance[0]
+    return SampledDistance(distance, reference_depth=depth)
 
 
 def finish(
@@ -392,66 +438,93 @@ def finish(
     The residual that counts is that of the problems which the plan poses.
     """
     plan = solver.plan
-    tol = solver.tol
-    approach = state.approach * disc.scales.displacement
-    if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
-        rounded = f"it is rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies approach by only {approach:.3g}"
-        raise SceneError(
-            "surface.h",
-            disc.base,
-            f"counted from a level near the contact, less a constant: {rounded}",
-        )
-    law = disc.loading.law
-    in_time = isinstance(disc.loading.motion, TimeStep)
-    if law is not None and plan.has_friction:
+    _check_rounding(disc, state)
+    law = disc.loading.law if plan.has_friction else None
+    if law is not None:
         disc = disc.under(friction=coefficient(disc, state))
+
+    # the certificate, as much of it as is asked for; where the tolerance is missed it may tell why
     lazily = plan.tangential in MATRIX_FREE and solver.certify == "auto"
     with solver.stats.stage("certificate"):
         certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
-    residual = certificate.residual
-    if not plan.has_friction or plan.theory is not None:  # theories are formulas
-        residual = 0.0 if plan.closed_form else certificate.normal_residual
-    # also where friction is zero all over the contact, and there is nothing but pressure
-    elif plan.closed_form:
-        residual = certificate.tangential_residual
-    # which poses the normal problem without tractions; the certificate has the rest
-    elif plan.coupling == "johnson":
-        alone = normal_residual(
-            disc.normal_problem(), state.pressure.ravel(), np.array([state.approach])
-        )
-        residual = float(np.max([alone, certificate.tangential_residual]))  # NaN where one is
-    # it may tell why
-    if residual > tol and certificate.level != "full" and solver.certify == "auto":
+    residual = _residual_of_plan(plan, disc, state, certificate)
+    if residual > solver.tol and certificate.level != "full" and solver.certify == "auto":
         certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
     if not plan.has_moment:
         certificate = certificate.without_moment()
+
+    # the solution in physical units
+    in_time = isinstance(disc.loading.motion, TimeStep)
     if not in_time:  # the steps of a history share its plan
-        found = {
-            problem: f"{plan.reasons[problem]}; {why}"
-            for problem, why in state.reasons.items()
-            if why
-        }
-        plan = replace(plan, reasons=plan.reasons | found)
-    stats = solver.stats
+        plan = _with_reasons_of(state, plan)
     solution = solution_of(
-        scene, disc, plan, state, certificate, residual <= tol, stats.timing, stats.calls
+        scene,
+        disc,
+        plan,
+        state,
+        certificate,
+        residual <= solver.tol,
+        solver.stats.timing,
+        solver.stats.calls,
     )
-    if law is not None and plan.has_friction and (in_time or law.memory_distance > 0):
+    if law is not None and (in_time or law.memory_distance > 0):
         solution = replace(solution, weakening=weakening(disc, before, solution))
     if not solution.converged:
-        words = [
-            f"{getattr(plan, problem)} says {word!r}"
-            for problem, word in solution.status.items()
-            if word
-        ]
-        if certificate.level == "full":
-            words.append(no_guarantee(solution))
-        if state.passes:
-            change = state.passes[-1][0]
-            best = f"this is the best of {len(state.passes)} passes"
-            words = [f"{best}, the last of which changed {change:.1e}"]
-            if state.pass_count >= PASSES_MAX:
-                words.append(f"no more than {PASSES_MAX} passes are made in all loops together")
-        why = "".join(f"; {word}" for word in words if word)
-        raise NotConverged(f"the residual is not below tol = {tol:.3g}{why}", residual, solution)
+        why = _why_not_converged(solution, state)
+        message = f"the residual is not below tol = {solver.tol:.3g}{why}"
+        raise NotConverged(message, residual, solution)
     return solution
+
+
+def _check_rounding(disc: Discretisation, state: ContactState) -> None:
+    """Refuse distances from a level so far away that rounding changes the approach."""
+    approach = state.approach * disc.scales.displacement
+    if np.finfo(float).eps * abs(disc.base) > DISTANCE_ROUNDING_MAX * abs(approach):
+        unit = np.spacing(abs(disc.base))
+        rounded = f"it is rounded to {unit:.1g}, and the bodies approach by only {approach:.3g}"
+        allowed = f"counted from a level near the contact, less a constant: {rounded}"
+        raise SceneError("surface.h", disc.base, allowed)
+
+
+def _residual_of_plan(
+    plan: Plan, disc: Discretisation, state: ContactState, certificate: Certificate
+) -> float:
+    """The residual of the problems that a plan poses; theories are formulas."""
+    if not plan.has_friction or plan.theory is not None:
+        return 0.0 if plan.closed_form else certificate.normal_residual
+    # also where friction is zero all over the contact, and there is nothing but pressure
+    if plan.closed_form:
+        return certificate.tangential_residual
+    # which poses the normal problem without tractions; the certificate has the rest
+    if plan.coupling == "johnson":
+        normal = normal_residual(
+            disc.normal_problem(), state.pressure.ravel(), np.array([state.approach])
+        )
+        return float(np.max([normal, certificate.tangential_residual]))  # NaN where one is
+    return certificate.residual
+
+
+def _with_reasons_of(state: ContactState, plan: Plan) -> Plan:
+    """The plan with the reasons for solvers that took over."""
+    reasons = {
+        problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why
+    }
+    return replace(plan, reasons=plan.reasons | reasons)
+
+
+def _why_not_converged(solution: Solution, state: ContactState) -> str:
+    if state.passes:
+        change = state.passes[-1][0]
+        best = f"; this is the best of {len(state.passes)} passes"
+        why = f"{best}, the last of which changed {change:.1e}"
+        if state.pass_count >= PASSES_MAX:
+            why += f"; no more than {PASSES_MAX} passes are made in all loops together"
+        return why
+    words = [
+        f"{getattr(solution.plan, problem)} says {word!r}"
+        for problem, word in solution.status.items()
+        if word
+    ]
+    if solution.certificate.level == "full":
+        words.append(no_guarantee(solution))
+    return "".join(f"; {word}" for word in words if word)

@@ -14,87 +14,90 @@ from varcontact.scene.motion import Steady
 from varcontact.solvers.batched.newton import solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem
 from varcontact.solving.batch import MOST_ELEMENTS
-from varcontact.solving.contact_solver import answered
+from varcontact.solving.contact_solver import record_answer
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.system.process import one_blas_thread
 from varcontact.transports import DIFFERENCES
 
-BESIDE = "side by side with other contacts, by newton"
+BATCHED = "side by side with other contacts, by newton"
+"""Reason of a plan for Newton's method on a batch of contacts."""
 
 
 @one_blas_thread()
-def settled_together(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
-    """The contacts, those that `_rolls_alike` tells with the tractions of their pressures, solved
-    for side by side.
+def with_tractions_batched(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
+    """The contacts in their order, those that `_serves_batch` tells with the tractions of their
+    pressures.
     """
+    batches: dict[str, list[int]] = {difference: [] for difference in DIFFERENCES}
+    for k, contact in enumerate(contacts):
+        motion = contact.disc.loading.motion
+        if isinstance(motion, Steady) and _serves_batch(contact, motion):
+            batches[motion.slip_difference].append(k)
+    solved = list(contacts)
+    for difference, numbers in batches.items():
+        batch = _solve_batch([contacts[k] for k in numbers], difference) if numbers else []
+        for k, contact in zip(numbers, batch, strict=True):
+            solved[k] = contact
+    return solved
+
+
+def _solve_batch(contacts: list[ContactOnGrid], difference: str) -> list[ContactOnGrid]:
+    """The contacts with tractions, where these converge."""
     from scipy.ndimage import find_objects
 
-    found = list(contacts)
-    alike = [k for k, each in enumerate(contacts) if _rolls_alike(each)]
-    for difference in DIFFERENCES:
-        some = [
-            k
-            for k in alike
-            if getattr(contacts[k].disc.loading.motion, "slip_difference", "") == difference
-        ]
-        if not some:
-            continue
-        discs, states = ([getattr(contacts[k], name) for k in some] for name in ("disc", "state"))
-        boxes = [find_objects((state.pressure > 0).astype(int))[0] for state in states]
-        shape = np.max(
-            [state.pressure[box].shape for state, box in zip(states, boxes, strict=True)], axis=0
+    # the elements in contact of each, in arrays of one shape
+    boxes = [find_objects((each.state.pressure > 0).astype(int))[0] for each in contacts]
+    shapes = [each.state.pressure[box].shape for each, box in zip(contacts, boxes, strict=True)]
+    bound = np.zeros((*np.max(shapes, axis=0), len(contacts)))
+    shift, start = np.zeros((2, 2, *bound.shape))
+    for j, (each, box) in enumerate(zip(contacts, boxes, strict=True)):
+        pressed = (each.disc.loading.coefficient * each.state.pressure)[box]
+        here = np.s_[: pressed.shape[0], : pressed.shape[1], j]
+        bound[here] = pressed
+        shift[:, *here] = each.disc.known_shift[:, *box]
+        start[:, *here] = each.state.traction[:, *box]
+
+    # one problem with given creepages
+    dx, dy = np.array([each.disc.lattice.sides for each in contacts]).T
+    nu = np.array([each.disc.operators.medium.nu for each in contacts])
+    force = np.full((2, len(contacts)), math.nan)
+    problem = BatchedProblem(dx, dy, nu, shift, bound, force, difference)
+    tol = contacts[0].solver.tol / 10
+    batched = solve_batch(problem, tol, (start, np.zeros_like(force)))
+
+    # the tractions of each on its own grid
+    solved = list(contacts)
+    for j in np.flatnonzero(batched.converged).tolist():
+        state = contacts[j].state
+        traction = np.zeros_like(state.traction)
+        ny, nx = traction[:, *boxes[j]].shape[1:]
+        traction[:, *boxes[j]] = batched.traction[:, :ny, :nx, j]
+        raw = RawSolution(
+            traction,
+            np.zeros(2),
+            int(batched.iterations[j]),
+            "Solved",
+            solver="newton",
+            reason=BATCHED,
         )
-        bound = np.zeros((*shape, len(some)))
-        shift, start = np.zeros((2, 2, *bound.shape))
-        for j, (disc, state, box) in enumerate(zip(discs, states, boxes, strict=True)):
-            pressed = (disc.loading.coefficient * state.pressure)[box]
-            here = np.s_[: pressed.shape[0], : pressed.shape[1], j]
-            bound[here] = pressed
-            shift[:, *here] = disc.known_shift[:, *box]
-            start[:, *here] = state.traction[:, *box]
-        dx, dy = np.array([disc.lattice.sides for disc in discs]).T
-        nu = np.array([disc.operators.medium.nu for disc in discs])
-        tol = contacts[some[0]].solver.tol / 10
-        free = np.full((2, len(some)), math.nan)
-        problem = BatchedProblem(dx, dy, nu, shift, bound, free, difference)
-        answer = solve_batch(problem, tol, (start, np.zeros_like(free)))
-        for j in np.flatnonzero(answer.converged).tolist():
-            traction = np.zeros_like(states[j].traction)
-            ny, nx = traction[:, *boxes[j]].shape[1:]
-            traction[:, *boxes[j]] = answer.traction[:, :ny, :nx, j]
-            count = int(answer.iterations[j])
-            raw = RawSolution(
-                traction, np.zeros(2), count, "Solved", solver="newton", reason=BESIDE
-            )
-            state = replace(
-                states[j],
-                traction=traction,
-                rigid=raw.rigid,
-                **answered(states[j], "tangential", raw),
-            )
-            found[some[j]] = replace(contacts[some[j]], state=state)
-    return found
+        state = replace(state, traction=traction, rigid=raw.rigid)
+        solved[j] = replace(contacts[j], state=record_answer(state, "tangential", raw))
+    return solved
 
 
-def _rolls_alike(contact: ContactOnGrid) -> bool:
-    """Whether like half-spaces roll steadily at given creepages, under coefficients, and few
+def _serves_batch(contact: ContactOnGrid, motion: Steady) -> bool:
+    """True if like half-spaces roll steadily at given creepages, under coefficients, and few
     elements touch.
     """
     disc = contact.disc
     plan = contact.solver.plan
     loading = disc.loading
-    motion = disc.loading.motion
-    if not (
-        isinstance(motion, Steady)
-        and motion.dq is motion.Fx is motion.Fy is None
-        and loading.law is None
-    ):
+    if loading.law is not None or loading.layer is not None:
         return False
-    plain = (
-        type(disc.operators.medium) is HalfSpaces
-        and loading.layer is None
-        and disc.grid.edge == "centres"
-    )
+    if not (motion.dq is motion.Fx is motion.Fy is None):
+        return False
+    if type(disc.operators.medium) is not HalfSpaces or disc.grid.edge != "centres":
+        return False
     few = plan.solves and not disc.grid.line and disc.grid.size <= MOST_ELEMENTS
     finite = loading.coefficient is not None and bool(np.isfinite(loading.coefficient).all())
-    return plain and few and plan.coupling == "none" and finite
+    return few and plan.coupling == "none" and finite

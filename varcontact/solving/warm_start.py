@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,16 @@ from varcontact.solving.selection import check_fits
 from varcontact.system.process import one_blas_thread
 
 
+@dataclass(frozen=True, eq=False)
+class _Last:
+    """The contact of the scene before."""
+
+    scene: Scene
+    plan: Plan
+    disc: Discretisation
+    state: ContactState
+
+
 @dataclass
 class Series:
     """Solves scenes one after the other, and keeps what the next may use; `tol`, `polish` and
@@ -36,40 +47,42 @@ class Series:
     polish: bool
     certify: str = "auto"
     progress: Callable[[str], None] | None = None
-    _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
+    _last: _Last | None = None
 
     @one_blas_thread()
     def solve(self, scene: Scene, plan: Plan) -> Solution:
         """The solution of the next scene, which is no history; errors as of `solve`."""
         check_saturation(scene)
-        stats = SolveStats(self.progress)
-        last = self._last
-        steps = ContactSolver(
-            plan, self.tol, self.polish, stats, certify=self.certify, refined=False
+        solver = ContactSolver(
+            plan,
+            self.tol,
+            self.polish,
+            SolveStats(self.progress),
+            certify=self.certify,
+            refined=False,
         )
-        if (
-            last is not None
-            and plan == last[1]
-            and plan.coupling == "none"
-            and _same_but_motion(scene, last[0])
-        ):
-            disc = last[2].with_loading(motion=scene.motion)
-            fields = {name: field for name, field in last[3].fields.items() if name != FRICTION}
-            state = replace(last[3], iterations={}, status={}, solved={}, fields=fields)
-            state = contact(disc, steps, state)
+        last = self._last
+        if last is None:
+            check_fits(scene, plan)
+            disc, state = solve_contact(scene, solver)
+        elif _same_pressure(scene, plan, last):
+            disc = last.disc.with_loading(motion=scene.motion)
+            fields = {name: field for name, field in last.state.fields.items() if name != FRICTION}
+            state = replace(last.state, iterations={}, status={}, solved={}, fields=fields)
+            state = contact(disc, solver, state)
         else:
             check_fits(scene, plan)
-            known, before = (None, None) if last is None else (last[2].operators, last[3].traction)
-            disc, state = solve_contact(scene, steps, known, before)
-            if known is not None and known is not disc.operators:
-                known.forget()
-        self._last = scene, plan, disc, state
-        return finish(scene, disc, state, steps)
+            operators = last.disc.operators
+            disc, state = solve_contact(scene, solver, operators, last.state.traction)
+            if operators is not disc.operators:
+                operators.forget()
+        self._last = _Last(scene, plan, disc, state)
+        return finish(scene, disc, state, solver)
 
     def forget(self) -> None:
         """Let go of dense matrices and factors; influence numbers stay."""
         if self._last is not None:
-            self._last[2].operators.forget()
+            self._last.disc.operators.forget()
 
 
 def solve_in_turn(
@@ -92,25 +105,27 @@ def solve_in_turn(
         series.forget()
 
 
-def _same_but_motion(scene: Scene, other: Scene) -> bool:
-    """Whether two scenes differ in creepages or forces only; arrays are the same if they are
-    one.
+def _same_pressure(scene: Scene, plan: Plan, last: _Last) -> bool:
+    """True if scenes differ in creepages or forces only, and tractions leave the pressure as it is;
+    arrays are the same if they are one object.
     """
-    one = scene.motion
-    two = other.motion
-    if (
-        one is None
-        or type(one) is not type(two)
-        or getattr(one, "dq", None) != getattr(two, "dq", None)
-    ):
+    if plan != last.plan or plan.coupling != "none":
         return False
-    pairs = [
-        (getattr(scene, f.name), getattr(other, f.name))
-        for f in fields(Scene)
-        if f.name != "motion"
-    ]
-    arrays = [isinstance(own, np.ndarray) or isinstance(its, np.ndarray) for own, its in pairs]
+    motion = scene.motion
+    if not isinstance(motion, Steady | Shift) or type(motion) is not type(last.scene.motion):
+        return False
+    if isinstance(motion, Steady) and motion.dq != last.scene.motion.dq:
+        return False
     return all(
-        own is its or not (array or own != its)
-        for (own, its), array in zip(pairs, arrays, strict=True)
+        _same(getattr(scene, field.name), getattr(last.scene, field.name))
+        for field in fields(Scene)
+        if field.name != "motion"
     )
+
+
+def _same(entry: Any, other: Any) -> bool:
+    if entry is other:
+        return True
+    if isinstance(entry, np.ndarray) or isinstance(other, np.ndarray):
+        return False
+    return bool(entry == other)
