@@ -13,7 +13,7 @@ from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.solvers.interface import Settings, counted
 from varcontact.solvers.registry import tangential_solver
 from varcontact.solving import pipeline
-from varcontact.solving.coupling import Limits, settled
+from varcontact.solving.coupling import Limits, fixed_point
 from varcontact.solving.pipeline import march, solve_problem
 from varcontact.solving.selection import select
 
@@ -154,7 +154,7 @@ def passes(says, useless=True):
         return after, residual(after)
 
     first = tangential(START)
-    best = settled(one, first, residual(first), "traction", Limits(1e-8, passes=500))
+    best = fixed_point(one, first, residual(first), "traction", Limits(1e-8, passes=500))
     return len(best.passes) - 1, best
 
 

@@ -24,7 +24,7 @@ from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import TimeStep
 from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
-from varcontact.solving.coupling import Limits, coupled_newton, distance, settled
+from varcontact.solving.coupling import Limits, coupled_newton, distance, fixed_point
 from varcontact.solving.friction_law import (
     branch_of,
     coefficient,
@@ -33,25 +33,31 @@ from varcontact.solving.friction_law import (
 )
 from varcontact.solving.pipeline import check_memory, solve_problem
 
-PASSES = 0.1
+PASSES_TOL = 0.1
 """Part of the tolerance at which passes end, and part of that to which the last of them are
 exact."""
-FIRST, SEEN = 1e-3, 0.01
-"""Residuals asked for in passes: in the first, and by the residual after the pass before."""
-EXACTEST = 1e-12
-"""The least residual that is asked for."""
-FORCE, MOST = 1e-9, 20
-"""Part of the normal force that may be missing in conformal contact, and the most solutions to find
-it."""
-MOST_ALTERNATIONS = 50
-"""Pressures and tractions in turn within a joint pass."""
-PLAIN, NEAR, MOST_UNDER_LAW = 100, 1e-4, 500
-"""Passes without acceleration before the residual is so small, and all passes, under a law that is
-continuous.
+FIRST_TOL = 1e-3
+"""Residual that solvers are asked for in the first pass."""
+FORCING_TERM = 0.01
+"""Residual that solvers are asked for in later passes, relative to that of the pass before."""
+TOL_MIN = 1e-12
+"""The least residual that solvers are asked for."""
+FORCE_TOL = 1e-9
+"""Part of the normal force that may be missing in conformal contact."""
+FORCE_SOLVES_MAX = 20
+"""Solutions at most to find the pressures that bear the normal force of a conformal contact."""
+ALTERNATIONS_MAX = 50
+"""Pressures and tractions in turn at most within a joint pass."""
+LAW_PASSES_MAX = 500
+"""Passes at most under a continuous law."""
+LAW_PLAIN_PASSES = 100
+"""Passes without acceleration under a continuous law.
 
 Where two solutions have just vanished, passes linger for a while, then go on; acceleration would
 hold them there.
 """
+LAW_ACCELERATED_BELOW = 1e-4
+"""Residual below which these are accelerated, too."""
 
 
 @dataclass(frozen=True)
@@ -95,18 +101,8 @@ class ContactSolver:
                 start = RawSolution(
                     state.pressure.ravel()[elements], np.array([state.approach]), 0, "start"
                 )
-            # of the first pressures, those without tractions: they settle the grid
-            enough = self.tol
-            if self.plan.loops and state.passes and self.plan.normal in MATRIX_FREE:
-                # tractions see errors of pressures K by friction times as large
-                friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
-                enough = max(
-                    self._seen(state) * min(1.0, friction / abs(disc.K) if disc.K else 1.0),
-                    EXACTEST,
-                )
-            raw = solve_problem(
-                problem, self.plan, self.polish, self._settings(enough, self.plan.loops), start
-            )
+            settings = self._settings(self._pressure_tol(disc, state), self.plan.loops)
+            raw = solve_problem(problem, self.plan, self.polish, settings, start)
             if not (raw.finite and (raw.solved or np.any(raw.traction))):
                 raise NotConverged(
                     f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf
@@ -118,23 +114,32 @@ class ContactSolver:
             state = replace(state, pressure=pressure, approach=approach)
             return record_answer(state, "normal", raw)
 
+    def _pressure_tol(self, disc: Discretisation, state: ContactState) -> float:
+        """Residual asked for of a pressure; the first ones, without tractions, place the grid."""
+        if not (self.plan.loops and state.passes and self.plan.normal in MATRIX_FREE):
+            return self.tol
+        # errors of pressures are seen by tractions K by friction times as large
+        friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
+        seen = friction / abs(disc.K) if disc.K else 1.0
+        return max(self._forcing_term(state) * min(1.0, seen), TOL_MIN)
+
     def pressure_on_subgrid(
         self, disc: Discretisation, state: ContactState
     ) -> tuple[Discretisation, ContactState]:
-        """The contact with its pressure solved for on parts of the elements, which bear the
-        means.
+        """The contact with its pressure solved for on parts of the elements, which have the means
+        of these.
         """
         cells = cells_of(disc.grid.edge, disc.grid.line)
         parts = divided(disc, cells)
         initial_guess = interpolated(disc.grid, state.pressure[None], parts.grid)[0]
         higher = (disc.base - parts.base) / disc.scales.displacement
-        solved = self.pressure(
+        on_parts = self.pressure(
             parts, replace(state, pressure=initial_guess, approach=state.approach + higher)
         )
-        found = replace(
-            solved, pressure=means(solved.pressure, cells), approach=solved.approach - higher
+        state = replace(
+            on_parts, pressure=means(on_parts.pressure, cells), approach=on_parts.approach - higher
         )
-        return replace(disc, subgrid=Subgrid(parts, solved.pressure)), found
+        return replace(disc, subgrid=Subgrid(parts, on_parts.pressure)), state
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure; `Saturated` if these cannot carry
@@ -165,17 +170,17 @@ class ContactSolver:
         fresh = np.full(disc.grid.shape, sought.fresh)
         first = state.fields.get(sought.name, disc.surroundings.arrived.get(sought.name, fresh))
 
-        def one(state: ContactState) -> tuple[ContactState, float]:
-            after = self._under_fields(
-                disc.under(**{sought.name: state.fields[sought.name]}), state
-            )
-            then = with_implied_fields(disc, after)
-            implied = then.surroundings.implicit[sought.name]
-            return after.under(**{sought.name: implied}), residuals(then, after)[1]
+        def one_pass(state: ContactState) -> tuple[ContactState, float]:
+            under_field = disc.under(**{sought.name: state.fields[sought.name]})
+            after = self._under_fields(under_field, state)
+            with_layer = with_implied_fields(disc, after)
+            implied = with_layer.surroundings.implicit[sought.name]
+            return after.under(**{sought.name: implied}), residuals(with_layer, after)[1]
 
-        begun, residual = one(state.under(**{sought.name: first}))
-        limits = Limits(PASSES * self.tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW, least=0.0)
-        return replace(settled(one, begun, residual, sought.name, limits), passes=state.passes)
+        limits = Limits(PASSES_TOL * self.tol, LAW_PASSES_MAX, patience=LAW_PASSES_MAX, least=0.0)
+        start, residual = one_pass(state.under(**{sought.name: first}))
+        end = fixed_point(one_pass, start, residual, sought.name, limits)
+        return replace(end, passes=state.passes)
 
     def _under_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The tractions under the implicit fields as they are."""
@@ -185,14 +190,9 @@ class ContactSolver:
         limit = problem.area * float(problem.bound.sum())
         if size > 0 and size >= limit:
             raise Saturated(size * disc.scales.force, limit * disc.scales.force)
-        law = disc.loading.law
-        enough = self.tol
-        in_passes = self.plan.loops or law is not None
-        if in_passes and self.plan.tangential in MATRIX_FREE:
-            # under a law with two coefficients who slips once slips for good: there no pass may be
-            # rough
-            enough = self._seen(state) if law is None or law.continuous else PASSES**2 * self.tol
-        raw = self._tractions(problem, state, self._settings(enough, in_passes))
+        in_passes = self.plan.loops or disc.loading.law is not None
+        tol = self._traction_tol(disc, state) if in_passes else self.tol
+        raw = self._tractions(problem, state, self._settings(tol, in_passes))
         if not raw.finite:
             raise NotConverged(
                 f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf
@@ -200,19 +200,30 @@ class ContactSolver:
         traction, rigid = problem.on_grid(raw.traction, raw.rigid)
         return record_answer(replace(state, traction=traction, rigid=rigid), "tangential", raw)
 
-    def joint_pass(self, disc: Discretisation, state: ContactState) -> ContactState:
+    def _traction_tol(self, disc: Discretisation, state: ContactState) -> float:
+        """Residual asked for of tractions within passes."""
+        law = disc.loading.law
+        if self.plan.tangential not in MATRIX_FREE:
+            return self.tol
+        if law is None or law.continuous:
+            return self._forcing_term(state)
+        # of two coefficients: what slips once slips for good, so no pass may be rough
+        return PASSES_TOL**2 * self.tol
+
+    def block_descent(self, disc: Discretisation, state: ContactState) -> ContactState:
         """Pressure and tractions of each other, under the traction bound of the pressure before.
 
         The two problems in turn: of a shift that is block descent of the complementary energy,
         which is convex.
         """
-        # no more than the next pass sees
-        enough = SEEN * max(self.tol, state.passes[-1][1] if state.passes else 1.0)
+        # no more than the next pass needs
+        before_residual = state.passes[-1][1] if state.passes else 1.0
+        tol = FORCING_TERM * max(self.tol, before_residual)
         state = self.traction(disc, replace(state, bound_pressure=state.pressure))
-        for _ in range(MOST_ALTERNATIONS):
+        for _ in range(ALTERNATIONS_MAX):
             before = state
             state = self.traction(disc, self.pressure(disc, state))
-            if distance(state.traction, before.traction) <= enough:
+            if distance(state.traction, before.traction) <= tol:
                 break
         return replace(state, bound_pressure=None)
 
@@ -225,21 +236,30 @@ class ContactSolver:
             )
         start = None
         if np.any(state.traction):
-            known, rigid = problem.of_grid(state.traction, state.rigid)
-            start = RawSolution(project(known, problem.bound), rigid, 0, "start")
-        mirror = None if self.plan.tangential in MATRIX_FREE else mirror_of(problem)
-        unknowns = problem if mirror is None else mirror.fold(problem)
-        check_memory(
-            "tangential", self.plan.tangential, self.plan.formulation, unknowns.rigid_shift.size
-        )
-        if mirror is not None and start is not None:
+            traction, rigid = problem.of_grid(state.traction, state.rigid)
+            start = RawSolution(project(traction, problem.bound), rigid, 0, "start")
+        mirror = None
+        if self.plan.tangential not in MATRIX_FREE:
+            mirror = mirror_of(problem)
+        if mirror is None:
+            return self._solve_tangential(problem, settings, start)
+        # one half of a symmetric contact
+        if start is not None:
             start = replace(start, traction=start.traction[:, mirror.half])
-        raw = solve_problem(unknowns, self.plan, self.polish, settings, start)
-        return raw if mirror is None else mirror.unfold(raw)
+        return mirror.unfold(self._solve_tangential(mirror.fold(problem), settings, start))
 
-    def _seen(self, state: ContactState) -> float:
-        """What the next pass sees, after the last one's residual."""
-        return max(SEEN * state.passes[-1][1], PASSES**2 * self.tol) if state.passes else FIRST
+    def _solve_tangential(
+        self, problem: TangentialProblem, settings: Settings, start: RawSolution | None
+    ) -> RawSolution:
+        unknowns = problem.rigid_shift.size
+        check_memory("tangential", self.plan.tangential, self.plan.formulation, unknowns)
+        return solve_problem(problem, self.plan, self.polish, settings, start)
+
+    def _forcing_term(self, state: ContactState) -> float:
+        """Residual asked for in the next pass, after the last one's."""
+        if not state.passes:
+            return FIRST_TOL
+        return max(FORCING_TERM * state.passes[-1][1], PASSES_TOL**2 * self.tol)
 
     def _settings(self, tol: float, rough: bool = False) -> Settings:
         return Settings(
@@ -256,45 +276,47 @@ def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) ->
     if not plan.has_friction:
         return start
     if law is None:
-        return _coupled(disc, solver, start, PASSES * solver.tol)
+        return _coupled(disc, solver, start, PASSES_TOL * solver.tol)
     if plan.theory is not None:
         return _coupled(disc, solver, replace(start, branch=branch_of(solver.start)), solver.tol)
-    begin = solver.start
-    if (
-        solver.continuum
-        and begin is None
-        and not (law.continuous and isinstance(disc.loading.motion, TimeStep))
-    ):
+    branch = solver.start
+    particles_have_one = law.continuous and isinstance(disc.loading.motion, TimeStep)
+    if solver.continuum and branch is None and not particles_have_one:
         start = replace(start, fields={})
-        begin = "slip"
-    return _under_law(disc, solver, with_coefficients(disc, start, begin))
+        branch = "slip"
+    return _under_law(disc, solver, with_coefficients(disc, start, branch))
 
 
 def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState) -> ContactState:
     """The contact under the law of its scene: each pass takes the coefficients of the slip in the
     one before.
     """
-    tol = PASSES * solver.tol
+    tol = PASSES_TOL * solver.tol
     law = disc.loading.law
     assert law is not None
 
-    def one(state: ContactState) -> tuple[ContactState, float]:
-        trial = disc.under(friction=state.fields[FRICTION])
-        # no more than the next pass sees
-        enough = SEEN * state.passes[-1][1] if state.passes else FIRST
-        after = _coupled(trial, solver, state, max(tol, enough))
-        after = after.under(friction=coefficients_after(trial, after))
-        found = residuals(disc.under(friction=coefficient(disc, after)), after)
-        return after, max(found) if solver.plan.loops else found[1]
+    def one_pass(state: ContactState) -> tuple[ContactState, float]:
+        under_field = disc.under(friction=state.fields[FRICTION])
+        # no more than the next pass needs
+        rough = FORCING_TERM * state.passes[-1][1] if state.passes else FIRST_TOL
+        after = _coupled(under_field, solver, state, max(tol, rough))
+        after = after.under(friction=coefficients_after(under_field, after))
+        of_problems = residuals(disc.under(friction=coefficient(disc, after)), after)
+        return after, max(of_problems) if solver.plan.loops else of_problems[1]
 
     elements = int(np.count_nonzero(start.pressure)) + 2
     limits = Limits(tol, elements, elements, plain=elements, least=law.kinetic, greatest=law.static)
     if law.continuous:
         limits = replace(
-            limits, passes=MOST_UNDER_LAW, patience=MOST_UNDER_LAW, plain=PLAIN, near=NEAR
+            limits,
+            passes=LAW_PASSES_MAX,
+            patience=LAW_PASSES_MAX,
+            plain=LAW_PLAIN_PASSES,
+            near=LAW_ACCELERATED_BELOW,
         )
     try:
-        return settled(one, *one(replace(start, passes=())), FRICTION, limits)
+        first, residual = one_pass(replace(start, passes=()))
+        return fixed_point(one_pass, first, residual, FRICTION, limits)
     except Saturated as error:
         raise Saturated(
             error.force, error.limit, f" under its law (sought from {BRANCHES[start.branch]})"
@@ -311,7 +333,6 @@ def _coupled(
     4.5.
     """
     plan = solver.plan
-    together = solver.plan.coupling == "joint"
     if plan.coupling == "newton":
         start = solver.traction(disc, start)
         check_memory("coupled", "newton", "none", 3 * disc.grid.size)
@@ -319,20 +340,25 @@ def _coupled(
             disc, start = coupled_newton(
                 disc, start, Settings(tol, stats=solver.stats, deadline=solver.deadline)
             )
-    state = solver.joint_pass(disc, start) if together else solver.traction(disc, start)
+    if plan.coupling == "joint":
+        state = solver.block_descent(disc, start)
+    else:
+        state = solver.traction(disc, start)
     if not plan.loops:
         return state
 
-    def one(state: ContactState) -> tuple[ContactState, float]:
-        after = (
-            solver.joint_pass(disc, state)
-            if together
-            else solver.traction(disc, solver.pressure(disc, state))
-        )
+    def joint_pass(state: ContactState) -> tuple[ContactState, float]:
+        after = solver.block_descent(disc, state)
         return after, max(residuals(disc, after))
 
-    unknown, least = ("pressure", 0.0) if together else ("traction", -math.inf)
-    return settled(one, state, max(residuals(disc, state)), unknown, Limits(tol, least=least))
+    def alternating_pass(state: ContactState) -> tuple[ContactState, float]:
+        after = solver.traction(disc, solver.pressure(disc, state))
+        return after, max(residuals(disc, after))
+
+    residual = max(residuals(disc, state))
+    if plan.coupling == "joint":
+        return fixed_point(joint_pass, state, residual, "pressure", Limits(tol, least=0.0))
+    return fixed_point(alternating_pass, state, residual, "traction", Limits(tol))
 
 
 def record_answer(state: ContactState, problem: str, raw: RawSolution) -> ContactState:
@@ -351,8 +377,7 @@ def record_answer(state: ContactState, problem: str, raw: RawSolution) -> Contac
 def with_normal_force(
     disc: Discretisation, solver: ContactSolver, state: ContactState, coupled: bool
 ) -> tuple[Discretisation, ContactState]:
-    """The contact that bears its force along the normal of the plane; the approach is then as good
-    as given.
+    """The contact with its force along the normal of the plane; the approach is then prescribed.
 
     Newton's method for pressure and tractions has found it; of others pressures have the force as
     their sum, and the secant finds the sum.
@@ -362,13 +387,17 @@ def with_normal_force(
     while True:
         excess = disc.excess_force(state.traction, state.pressure)
         no_nearer = len(tried) > 1 and abs(excess) >= abs(tried[-1][1])
-        if abs(excess) <= max(FORCE, solver.tol) or len(tried) == MOST or no_nearer:
+        enough = abs(excess) <= max(FORCE_TOL, solver.tol)
+        if enough or len(tried) == FORCE_SOLVES_MAX or no_nearer:
             return disc.at_approach(state.approach), state
         slope = (1 + excess) / total  # forces grow together
         if tried:
             slope = (excess - tried[-1][1]) / (total - tried[-1][0])
         tried.append((total, excess))
         total -= excess / slope
-        one = disc.with_loading(normal_force=total)
+        under_total = disc.with_loading(normal_force=total)
         state = replace(state, pressure=state.pressure * (total / tried[-1][0]))
-        state = contact(one, solver, state) if coupled else solver.pressure(one, state)
+        if coupled:
+            state = contact(under_total, solver, state)
+        else:
+            state = solver.pressure(under_total, state)

@@ -22,14 +22,14 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import OutOfTime
 from varcontact.solving import adaptive
 from varcontact.solving.adaptive import (
-    COARSEST,
-    FIRST,
+    COARSEST_ELEMENTS,
+    COARSEST_SECONDS,
     FLOOR,
     GRIDS,
-    GROWTH,
-    LATE,
     ORDER,
     RATIO,
+    TIME_BUDGETS_MAX,
+    TIME_ORDER,
     GridLevel,
     estimated,
     richardson,
@@ -335,7 +335,7 @@ def _deadline(target: Target, started: float, few: bool) -> float:
     """When solvers end within a time; a few coarse grids may take longer."""
     if target.time_budget is None:
         return math.inf
-    return started + LATE * target.time_budget + (COARSEST if few else 0.0)
+    return started + TIME_BUDGETS_MAX * target.time_budget + (COARSEST_SECONDS if few else 0.0)
 
 
 def _too_short(target: Target) -> SceneError:
@@ -396,10 +396,10 @@ def _on_finer_elements(
     errors.
     """
     ends = 0.0 if target.time_budget is None else started + target.time_budget
-    n = float(ACROSS if target.time_budget is None else FIRST)
+    n = float(ACROSS if target.time_budget is None else COARSEST_ELEMENTS)
     solved: list[WheelRailSolution] = []
     seconds = 0.0
-    while len(solved) < GRIDS or seconds * RATIO**GROWTH < ends - time.perf_counter():
+    while len(solved) < GRIDS or seconds * RATIO**TIME_ORDER < ends - time.perf_counter():
         begun = time.perf_counter()
         on_sides = _with_elements_across(case, first, n)
         start = Start(solved[-1] if solved else first)

@@ -14,8 +14,12 @@ from tests.scenes import in_units, make_scene, refused
 from varcontact.discrete.state import ContactState
 from varcontact.io.records import SERIES
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.solving.contact_solver import MOST_UNDER_LAW, NEAR, PLAIN
-from varcontact.solving.coupling import Limits, settled
+from varcontact.solving.contact_solver import (
+    LAW_ACCELERATED_BELOW,
+    LAW_PASSES_MAX,
+    LAW_PLAIN_PASSES,
+)
+from varcontact.solving.coupling import Limits, fixed_point
 
 JUMP = vc.StaticKinetic(0.4, 0.2)
 STEEP = [JUMP, vc.ExponentialFalling(0.4, 0.2, half_velocity=1e-5)]
@@ -278,11 +282,17 @@ def test_passes_go_on_where_two_solutions_have_just_vanished():
         np.zeros((1, 1)), 0.0, np.zeros((2, 1, 1)), np.zeros(2), friction=np.array([[0.4]])
     )
     limits = Limits(
-        1e-9, MOST_UNDER_LAW, MOST_UNDER_LAW, plain=PLAIN, near=NEAR, least=0.2, greatest=0.4
+        1e-9,
+        LAW_PASSES_MAX,
+        LAW_PASSES_MAX,
+        plain=LAW_PLAIN_PASSES,
+        near=LAW_ACCELERATED_BELOW,
+        least=0.2,
+        greatest=0.4,
     )
-    best = settled(one_pass, *one_pass(start), "friction", limits)
+    best = fixed_point(one_pass, *one_pass(start), "friction", limits)
     assert best.friction == 0.2
-    assert len(best.passes) > PLAIN
+    assert len(best.passes) > LAW_PLAIN_PASSES
 
 
 # ----------------------------------------------------------------- Histories under laws of friction
