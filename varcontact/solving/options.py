@@ -62,13 +62,37 @@ class Options(TypedDict, total=False):
     time_budget: float | None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """Arguments of `solve`, as they are given."""
+
+    normal: str = "auto"
+    tangential: str = "auto"
+    coupling: str = "auto"
+    formulation: str = "auto"
+    method: str = "auto"
+    tol: float = TOLERANCE
+    polish: bool | None = None
+    start: Any = None
+    certify: str | None = "auto"
+    refine: object = None
+    store: str | Path | None = None
+    accuracy: float | None = None
+    time_budget: float | None = None
+    progress: Callable[[str], None] | None = None
+
+    @property
+    def choices(self) -> tuple[str, str, str, str, str]:
+        """Names of the methods, as `select` takes them."""
+        return self.normal, self.tangential, self.coupling, self.formulation, self.method
+
+
 @dataclass(frozen=True)
 class Target:
-    """What an answer is to reach: an accuracy by the units of its quantities of interest, or
-    seconds.
+    """Aim of a solution: an accuracy in the units of its quantities of interest, or a time [s].
 
     `by_default`: nothing was given; then an accuracy that is not reached is no error, but a larger
-    error bar. `of_pressure`: whether the largest pressure of a normal contact counts.
+    error bar. `of_pressure`: the largest pressure of a normal contact counts.
     """
 
     accuracy: float | None = None
@@ -79,7 +103,7 @@ class Target:
 
 @dataclass(frozen=True)
 class SolveOptions:
-    """How a scene is solved: the arguments of `solve`, checked once, with the scene's plan.
+    """Arguments of `solve`, checked once, with the scene's plan.
 
     `choices`: names of the methods, as `select` takes them. `target`: None where the scene has its
     own grid. `final`: false on coarser grids of an accuracy. `deadline`: when solvers raise
@@ -100,56 +124,35 @@ class SolveOptions:
     deadline: float = math.inf
 
     @classmethod
-    def checked(
-        cls,
-        scene: Scene,
-        normal: str = "auto",
-        tangential: str = "auto",
-        coupling: str = "auto",
-        formulation: str = "auto",
-        method: str = "auto",
-        tol: float = TOLERANCE,
-        polish: bool | None = None,
-        start: Any = None,
-        certify: str | None = "auto",
-        refine: object = None,
-        store: str | Path | None = None,
-        accuracy: float | None = None,
-        time_budget: float | None = None,
-        progress: Callable[[str], None] | None = None,
-    ) -> SolveOptions:
+    def checked(cls, scene: Scene, **given: Any) -> SolveOptions:
         """The arguments of `solve`, refused as there, before any work, where they do not suit the
         scene.
         """
-        choices = normal, tangential, coupling, formulation, method
-        plan = select(scene, *choices)
-        tol = checks.positive("tol", tol)
-        polish = polished_by(plan, polish)
-        certify = checks.choice(
-            "certify", "none" if certify is None else certify, ("auto", *LEVELS)
-        )
-        if start is not None and not scene.under_law:
-            raise SceneError(
-                "start", start, "left out: it chooses between the solutions under a law of friction"
-            )
-        if start is not None and isinstance(scene.motion, Transient):
-            allowed = "left out: in a history each particle goes on as it did in the step before"
-            raise SceneError("start", start, allowed)
-        known = isinstance(start, Solution) and plan.theory is None
-        if not (start is None or known or (isinstance(start, str) and start in ("stick", "slip"))):
-            allowed = '"stick" or "slip"' + ", or a Solution" * (plan.theory is None)
-            raise SceneError("start", start, allowed)
+        arguments = Arguments(**given)
+        plan = select(scene, *arguments.choices)
+        tol = checks.positive("tol", arguments.tol)
+        polish = polished_by(plan, arguments.polish)
+        certify = "none" if arguments.certify is None else arguments.certify
+        certify = checks.choice("certify", certify, ("auto", *LEVELS))
+        if arguments.start is not None:
+            _check_start(scene, plan, arguments.start)
         check_saturation(scene)
-        checks.gone("refine", refine, checks.REFINE_BECAME)
-        target = _target(scene, plan, accuracy, time_budget, start, store)
-        if store is not None and not isinstance(scene.motion, Transient):
-            allowed = "left out: only a history of steps, motion Transient, is stored as it grows"
-            raise SceneError("store", store, allowed)
-        if store is not None and getattr(scene.motion, "control", None) is not None:
-            allowed = "left out: a file cannot hold the function motion.control; save the answer"
-            raise SceneError("store", store, allowed)
-        told = checks.progress(progress)
-        return cls(scene, choices, plan, tol, polish, start, certify, store, target, told)
+        checks.gone("refine", arguments.refine, checks.REFINE_BECAME)
+        target = _target(scene, plan, arguments)
+        if arguments.store is not None:
+            _check_store(scene, arguments.store)
+        return cls(
+            scene,
+            arguments.choices,
+            plan,
+            tol,
+            polish,
+            arguments.start,
+            certify,
+            arguments.store,
+            target,
+            checks.progress(arguments.progress),
+        )
 
     def solver(self, scene: Scene) -> ContactSolver:
         """The methods for the `scene`; on a coarser grid to a loose tolerance, without a
@@ -172,7 +175,35 @@ class SolveOptions:
 
     def plan_for(self, scene: Scene) -> Plan:
         """The plan of the `scene`, as on another grid."""
-        return self.plan if scene is self.scene else select(scene, *self.choices)
+        if scene is self.scene:
+            return self.plan
+        return select(scene, *self.choices)
+
+
+def _check_start(scene: Scene, plan: Plan, start: Any) -> None:
+    """Refuse a start without a law of friction, in a history, or of another kind."""
+    if not scene.under_law:
+        allowed = "left out: it chooses between the solutions under a law of friction"
+        raise SceneError("start", start, allowed)
+    if isinstance(scene.motion, Transient):
+        allowed = "left out: in a history each particle goes on as it did in the step before"
+        raise SceneError("start", start, allowed)
+    if isinstance(start, str) and start in ("stick", "slip"):
+        return
+    if plan.theory is not None:
+        raise SceneError("start", start, '"stick" or "slip"')
+    if not isinstance(start, Solution):
+        raise SceneError("start", start, '"stick" or "slip", or a Solution')
+
+
+def _check_store(scene: Scene, store: Any) -> None:
+    """Refuse a file that cannot hold the answer as it grows."""
+    if not isinstance(scene.motion, Transient):
+        allowed = "left out: only a history of steps, motion Transient, is stored as it grows"
+        raise SceneError("store", store, allowed)
+    if scene.motion.control is not None:
+        allowed = "left out: a file cannot hold the function motion.control; save the answer"
+        raise SceneError("store", store, allowed)
 
 
 def check_saturation(scene: Scene) -> None:
@@ -181,125 +212,137 @@ def check_saturation(scene: Scene) -> None:
     """
     motion = scene.motion
     if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
-        for k, own in enumerate(motion.every("friction")):
-            friction = scene.friction if own is None else own
-            size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
-            if size > 0 and np.all(np.asarray(friction) == 0):
-                raise Saturated(size, 0.0).in_step(k, None)
+        _check_saturation_of_steps(scene, motion)
     if not isinstance(motion, Steady | Shift):
         return
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
     limit = 0.0 if scene.frictionless else np.inf
-    friction = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
+    friction = scene.friction
+    if isinstance(friction, Law):
+        friction = friction.static
     if isinstance(friction, float) and scene.normal_force is not None:
         limit = friction * scene.normal_force
     if size > 0 and size >= limit:
         raise Saturated(size, limit)
 
 
+def _check_saturation_of_steps(scene: Scene, motion: Transient) -> None:
+    for k, friction_of_step in enumerate(motion.every("friction")):
+        friction = scene.friction if friction_of_step is None else friction_of_step
+        size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
+        if size > 0 and np.all(np.asarray(friction) == 0):
+            raise Saturated(size, 0.0).in_step(k, None)
+
+
 def polished_by(plan: Plan, polish: bool | None) -> bool:
-    """Whether active sets polish the answers of programs: unless `polish` is False or the method
+    """True if active sets polish the answers of programs: unless `polish` is False or the method
     "convex".
     """
-    polish = plan.method != "convex" if polish is None else checks.flag("polish", polish)
+    if polish is None:
+        return plan.method != "convex"
+    polish = checks.flag("polish", polish)
     if polish and plan.method == "convex":
         raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
     return polish
 
 
-def _target(
-    scene: Scene,
-    plan: Plan,
-    accuracy: float | None,
-    time_budget: float | None,
-    start: Any,
-    store: Any,
-) -> Target | None:
+def _target(scene: Scene, plan: Plan, arguments: Arguments) -> Target | None:
     """The target of a solution; None where the scene or the method leaves no choice of a grid, and
     none was given.
     """
-    motion = scene.motion
+    accuracy = arguments.accuracy
+    time_budget = arguments.time_budget
     if accuracy is None and time_budget is None:
-        rolls = isinstance(motion, Steady)
-        names_difference = (
-            rolls and replace(motion, slip_difference="first-order", spin_offset=None) != motion
-        )
-        if isinstance(scene.grid, Grid) or names_difference or scene.hardens:
-            return None  # on a finer grid hardening takes many times as long
-        refusals = _refusals(scene, plan, "accuracy", start, store)
-        return Target(BY_DEFAULT, by_default=True) if next(refusals, None) is None else None
+        return _default_target(scene, plan, arguments)
     if accuracy is not None and time_budget is not None:
-        raise SceneError(
-            "time_budget", time_budget, "left out where accuracy is given: each decides on the grid"
-        )
+        allowed = "left out where accuracy is given: each decides on the grid"
+        raise SceneError("time_budget", time_budget, allowed)
     if accuracy is not None:
         field = "accuracy"
         accuracy = checks.positive("accuracy", accuracy)
         if accuracy >= 1:
-            allowed = "below 1: it is a part of the largest friction force (without friction of the approach), as 0.01"
-            raise SceneError("accuracy", accuracy, allowed)
+            unit = "the largest friction force (without friction of the approach)"
+            raise SceneError("accuracy", accuracy, f"below 1: it is a part of {unit}, as 0.01")
     else:
         field = "time_budget"
         time_budget = checks.positive("time_budget", time_budget)
-    for refusal in _refusals(scene, plan, field, start, store):
+    for refusal in _refusals(scene, plan, field, arguments):
         raise refusal
     return Target(accuracy, time_budget)
 
 
-def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> Iterator[SceneError]:
-    """Why a scene has a grid already, or needs one, or the error of its answer is not that of a
-    grid.
-    """
+def _default_target(scene: Scene, plan: Plan, arguments: Arguments) -> Target | None:
     motion = scene.motion
+    if isinstance(scene.grid, Grid) or scene.hardens:
+        return None  # on a finer grid hardening takes many times as long
+    if isinstance(motion, Steady):
+        plain = replace(motion, slip_difference="first-order", spin_offset=None)
+        if plain != motion:
+            return None
+    if next(_refusals(scene, plan, "accuracy", arguments), None) is not None:
+        return None
+    return Target(BY_DEFAULT, by_default=True)
+
+
+def _refusals(scene: Scene, plan: Plan, field: str, arguments: Arguments) -> Iterator[SceneError]:
+    """Reasons why a grid cannot be chosen for an accuracy or a time."""
     if isinstance(scene.grid, Grid):
         yield SceneError("grid", scene.grid, f"left out: it is chosen for the {field}")
-    if isinstance(motion, Transient):
-        several = f"left out: with {field} a history is solved on several grids"
-        if motion.dq is None:
-            yield SceneError(
-                "motion.dq",
-                None,
-                f"given: with {field} the length of the steps is not an element's",
-            )
-        if motion.start is not None:
-            yield SceneError("motion.start", "a Solution", f"{several}, and it belongs to its own")
-        if store is not None:
-            yield SceneError("store", store, f"{several}; save the answer")
-        if motion.control is not None:
-            yield SceneError("motion.control", "a function", several)
-        if scene.bodies.relaxes:
-            yield SceneError("bodies", "Viscoelastic", f"elastic in a history with {field}")
-    if isinstance(motion, Steady) and motion.dq is not None:
-        yield SceneError("motion.dq", motion.dq, f"left out: the step is chosen for the {field}")
-    forces = [name for name in ("Fx", "Fy") if getattr(motion, name, None) is not None]
-    if isinstance(motion, Shift) and scene.shift_undetermined and forces:
-        known = f"the shift for motion.{forces[0]} is known but for a constant"
-        if scene.bodies.slides:
-            yield SceneError("bodies.base", "smooth", f"no base with {field}: {known}")
-        yield SceneError(
-            "surface.reference_depth", None, f"given with {field}: in line contact {known}"
-        )
-    if plan.formulation == "marching" and isinstance(motion, Steady):
-        yield SceneError(
-            "formulation", "marching", f"left out: with {field} the slip is of second order"
-        )
+    if isinstance(scene.motion, Transient):
+        yield from _refusals_of_history(scene, field, arguments.store)
+    if isinstance(scene.motion, Steady):
+        yield from _refusals_of_rolling(scene.motion, plan, field)
+    if isinstance(scene.motion, Shift) and scene.shift_undetermined:
+        yield from _refusals_of_shift(scene, scene.motion, field)
     if scene.hardens and not plan.closed_form:
         allowed = f"0 with {field}, or the contact a Hertzian one of like bodies"
         yield SceneError("third_body.k_tau", scene.third_body, allowed)
     if plan.theory is not None:
-        allowed = (
-            f"a method of the exact theory with {field}: a theory has an error that no grid removes"
-        )
-        yield SceneError("tangential", plan.tangential, allowed)
-    if start is not None and not isinstance(start, str):
-        yield SceneError(
-            "start",
-            "a Solution",
-            f'"stick" or "slip" with {field}: a solution belongs to its own grid',
-        )
-    if start == "stick" and isinstance(scene.friction, StaticKinetic):
-        allowed = f"left out with {field}: what the static coefficient adds vanishes as the grid gets finer"
-        yield SceneError("start", start, allowed)
+        allowed = f"a method of the exact theory with {field}"
+        why = "a theory has an error that no grid removes"
+        yield SceneError("tangential", plan.tangential, f"{allowed}: {why}")
+    if isinstance(arguments.start, Solution):
+        allowed = f'"stick" or "slip" with {field}: a solution belongs to its own grid'
+        yield SceneError("start", "a Solution", allowed)
+    if arguments.start == "stick" and isinstance(scene.friction, StaticKinetic):
+        why = "what the static coefficient adds vanishes as the grid gets finer"
+        yield SceneError("start", "stick", f"left out with {field}: {why}")
     refusal = not_measurable(scene)
     if refusal is not None:
         yield refusal
+
+
+def _refusals_of_history(scene: Scene[Transient], field: str, store: Any) -> Iterator[SceneError]:
+    motion = scene.motion
+    several = f"left out: with {field} a history is solved on several grids"
+    if motion.dq is None:
+        allowed = f"given: with {field} the length of the steps is not an element's"
+        yield SceneError("motion.dq", None, allowed)
+    if motion.start is not None:
+        yield SceneError("motion.start", "a Solution", f"{several}, and it belongs to its own")
+    if store is not None:
+        yield SceneError("store", store, f"{several}; save the answer")
+    if motion.control is not None:
+        yield SceneError("motion.control", "a function", several)
+    if scene.bodies.relaxes:
+        yield SceneError("bodies", "Viscoelastic", f"elastic in a history with {field}")
+
+
+def _refusals_of_rolling(motion: Steady, plan: Plan, field: str) -> Iterator[SceneError]:
+    if motion.dq is not None:
+        yield SceneError("motion.dq", motion.dq, f"left out: the step is chosen for the {field}")
+    if plan.formulation == "marching":
+        allowed = f"left out: with {field} the slip is of second order"
+        yield SceneError("formulation", "marching", allowed)
+
+
+def _refusals_of_shift(scene: Scene, motion: Shift, field: str) -> Iterator[SceneError]:
+    """In line contact without a depth, a shift under a force is determined up to a constant."""
+    forces = [name for name in ("Fx", "Fy") if getattr(motion, name) is not None]
+    if not forces:
+        return
+    undetermined = f"the shift for motion.{forces[0]} is known but for a constant"
+    if scene.bodies.slides:
+        yield SceneError("bodies.base", "smooth", f"no base with {field}: {undetermined}")
+    allowed = f"given with {field}: in line contact {undetermined}"
+    yield SceneError("surface.reference_depth", None, allowed)

@@ -61,15 +61,20 @@ PRESETS: dict[str, Preset] = {
 }
 """By method. With "auto" any solver may be named."""
 
-MANY, MANY_PRESSURES = 180, 400
-"""Elements in contact beyond which "auto" takes Newton's method without a matrix, for the tractions
-and for the pressure (docs/speed.md)."""
-MANY_IN_STEPS, MANY_UNLIKE = 250, 100
-"""The same for the tractions of a history, whose steps begin from the step before; and of unlike
-bodies, whose pressure and tractions it finds together."""
-SHORT, TOO_MANY = 0.05, 2000
-"""A step of steady rolling by the length of an element, below which Newton's method takes longer
-than active sets, and the elements beyond which these take hours."""
+MANY = 180
+"""Elements in contact beyond which "auto" takes Newton's method without a matrix for the tractions
+(docs/speed.md)."""
+MANY_PRESSURES = 400
+"""The same for the pressure."""
+MANY_IN_STEPS = 250
+"""The same for the tractions of a history, whose steps begin from the step before."""
+MANY_UNLIKE = 100
+"""The same for unlike bodies, whose pressure and tractions Newton's method finds together."""
+SHORT_STEP = 0.05
+"""Step of steady rolling, in element lengths, below which Newton's method takes longer than active
+sets."""
+MOST_BY_ACTIVE_SETS = 2000
+"""Elements beyond which active sets take hours."""
 
 NEWTON = replace(PRESETS["auto"], normal="newton", tangential="newton")
 NEWTON_TRACTIONS = replace(NEWTON, normal="norm")
@@ -88,8 +93,9 @@ def select(
     can.
 
     >>> import varcontact as vc
-    >>> scene = vc.Scene(bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(0.46, 0.3), normal_force=1e5,
-    ...                  friction=0.3, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(0.46, 0.3), normal_force=1e5,
+    ...     friction=0.3, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
     >>> plan = select(scene)
     >>> plan.normal, plan.tangential, plan.coupling
     ('hertz', 'tang-safeguarded', 'none')
@@ -102,65 +108,108 @@ def select(
     if isinstance(scene.motion, Harmonic):
         allowed = "Steady, Shift or Transient: complex amplitudes are given by solve(scene) alone"
         raise SceneError("motion", scene.motion, allowed)
-    wanted = {
-        "normal": normal,
-        "tangential": tangential,
-        "coupling": coupling,
-        "formulation": formulation,
-    }
-    for field, name in wanted.items():
-        if not isinstance(name, str):
-            raise SceneError(field, name, "the name of a method")
-    _check_method(method)
-    _check_solvers(scene, normal, tangential)
-    choice("coupling", coupling, ("auto", *COUPLING_METHODS))
-    choice("formulation", formulation, ("auto", *FORMULATIONS))
+    requested = Requested(normal, tangential, coupling, formulation, method)
+    _check_names(scene, requested)
 
-    preset = _preset(scene, wanted, method)
+    # the methods, each with its reason
+    preset = _preset(scene, requested)
     reasons = {"method": PRESETS[method].why}
-    of_normal, reasons["normal"] = _normal(scene, normal, preset, method)
+    of_normal, reasons["normal"] = _normal(scene, requested, preset)
     of_tangential, reasons["tangential"] = _tangential(scene, tangential, preset)
-    bodies = "conformal" if scene.conformal else "unlike" if scene.coupled else "quasi-identical"
-    plan = Plan(of_normal, of_tangential, "none", method=method, bodies=bodies)
-    loop, reasons["coupling"] = _coupling(scene, wanted, plan)
+    plan = Plan(of_normal, of_tangential, "none", method=method, bodies=_kind_of_bodies(scene))
+    loop, reasons["coupling"] = _coupling(scene, requested, plan)
     programs, reasons["formulation"] = _formulations(scene, plan)
     plan = replace(plan, coupling=loop, formulation=programs[0])
-    _check_methods(scene, wanted, plan)
-    if formulation not in ("auto", *programs):
-        names = [f'"{name}"'.replace("none", "auto") for name in programs]
-        last = f"{', '.join(names[:-1])} or {names[-1]}" if names[1:] else names[0]
-        message = f'formulation = "{formulation}": {reasons["formulation"]}; use {last}'
-        raise SceneError("formulation", formulation, last, message=message)
+    _check_methods(scene, requested, plan)
+    _check_formulation(formulation, programs, reasons["formulation"])
     if formulation != "auto":
         plan = replace(plan, formulation=formulation)
         reasons["formulation"] = "requested"
-    fallback = (
-        preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
-    )
-    surface = "Hertzian" if isinstance(scene.bodies, Bodies) else "analytic"
-    kinds = {
-        Transient: "transient",
-        Shift: "shift",
-        Steady: "marching" if plan.formulation == "marching" else "steady",
-    }
-    laws = {
-        kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions
-    }
-    special = (
-        ()
-        if scene.motion is None
-        else ("frictionless",) * scene.frictionless + ("no slip",) * scene.no_slip
-    )
+    fallback = "none"
+    if tangential == "auto" and plan.tangential == preset.tangential:
+        fallback = preset.fallback
+
+    # the kind of the scene, in words
+    special = []
+    if scene.motion is not None and scene.frictionless:
+        special.append("frictionless")
+    if scene.motion is not None and scene.no_slip:
+        special.append("no slip")
     return replace(
         plan,
         reasons=reasons,
         dimension="line contact" if scene.line else "three-dimensional",
-        surface="sampled" if isinstance(scene.surface, SampledDistance) else surface,
-        motion="none" if scene.motion is None else kinds[type(scene.motion)],
-        friction="none" if not plan.has_friction else laws.pop() if len(laws) == 1 else "several",
-        special=special,
+        surface=_kind_of_surface(scene),
+        motion=_kind_of_motion(scene, plan),
+        friction=_kind_of_friction(scene, plan),
+        special=tuple(special),
         fallback=fallback,
     )
+
+
+@dataclass(frozen=True)
+class Requested:
+    """Names of methods as a user gives them; "auto" leaves the choice."""
+
+    normal: str
+    tangential: str
+    coupling: str
+    formulation: str
+    method: str
+
+
+def _kind_of_bodies(scene: Scene) -> str:
+    if scene.conformal:
+        return "conformal"
+    return "unlike" if scene.coupled else "quasi-identical"
+
+
+def _kind_of_surface(scene: Scene) -> str:
+    if isinstance(scene.surface, SampledDistance):
+        return "sampled"
+    return "Hertzian" if isinstance(scene.bodies, Bodies) else "analytic"
+
+
+def _kind_of_motion(scene: Scene, plan: Plan) -> str:
+    match scene.motion:
+        case None:
+            return "none"
+        case Transient():
+            return "transient"
+        case Shift():
+            return "shift"
+    return "marching" if plan.formulation == "marching" else "steady"
+
+
+def _kind_of_friction(scene: Scene, plan: Plan) -> str:
+    if not plan.has_friction:
+        return "none"
+    kinds = {
+        kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions
+    }
+    return kinds.pop() if len(kinds) == 1 else "several"
+
+
+def _check_names(scene: Scene, requested: Requested) -> None:
+    """Refuse what is no name of a method, or of one that is not installed."""
+    for field in ("normal", "tangential", "coupling", "formulation"):
+        name = getattr(requested, field)
+        if not isinstance(name, str):
+            raise SceneError(field, name, "the name of a method")
+    _check_method(requested.method)
+    _check_solvers(scene, requested.normal, requested.tangential)
+    choice("coupling", requested.coupling, ("auto", *COUPLING_METHODS))
+    choice("formulation", requested.formulation, ("auto", *FORMULATIONS))
+
+
+def _check_formulation(formulation: str, programs: tuple[str, ...], reason: str) -> None:
+    """Refuse a formulation that the plan's solvers have not."""
+    if formulation in ("auto", *programs):
+        return
+    names = [f'"{name}"'.replace("none", "auto") for name in programs]
+    allowed = " or ".join([", ".join(names[:-1]), names[-1]] if names[1:] else names)
+    message = f'formulation = "{formulation}": {reason}; use {allowed}'
+    raise SceneError("formulation", formulation, allowed, message=message)
 
 
 def _check_method(method: str) -> None:
@@ -183,71 +232,73 @@ def _check_method(method: str) -> None:
 
 
 def _check_solvers(scene: Scene, normal: str, tangential: str) -> None:
-    """Refuse names of solvers that there are not, that are not installed, or that are for the other
-    problem.
-    """
+    """Refuse names of solvers that do not exist, are not installed, or are for the other problem."""
     if normal != "auto":
         registry.available("normal", normal, ("auto", *registry.normal_methods()))
-    if tangential != "auto":
-        methods = registry.tangential_methods()
-        if one_direction(scene):  # Coulomb's disks then are intervals, and all programs quadratic
-            methods += [
-                name
-                for name in registry.normal_methods()
-                if states_programs(name) and name not in methods
-            ]
-        if tangential in registry.normal_methods() and tangential not in methods:
-            why = "it is for normal problems"
-            if states_programs(tangential):
-                why = "it solves QPs, and Coulomb's disks are second-order cones"
-            raise SceneError(
-                "tangential", tangential, f"one of {', '.join(methods)}, or a theory: {why}"
-            )
-        registry.available("tangential", tangential, ("auto", *methods, *THEORIES))
+    if tangential == "auto":
+        return
+    methods = registry.tangential_methods()
+    if one_direction(scene):  # Coulomb's disks then are intervals, and all programs quadratic
+        programs = [name for name in registry.normal_methods() if states_programs(name)]
+        methods += [name for name in programs if name not in methods]
+    if tangential in registry.normal_methods() and tangential not in methods:
+        why = "it is for normal problems"
+        if states_programs(tangential):
+            why = "it solves QPs, and Coulomb's disks are second-order cones"
+        raise SceneError(
+            "tangential", tangential, f"one of {', '.join(methods)}, or a theory: {why}"
+        )
+    registry.available("tangential", tangential, ("auto", *methods, *THEORIES))
 
 
-def _preset(scene: Scene, wanted: dict[str, str], method: str) -> Preset:
-    """What the `method` stands for; "auto" by what else is named and by the number of elements in
-    contact.
-
-    That is Newton's method where its products beat dense matrices, by one problem or by many in a
-    row.
+def _preset(scene: Scene, requested: Requested) -> Preset:
+    """The solvers that a method stands for; "auto" by what else is named and by the number of
+    elements in contact.
     """
-    motion = scene.motion
-    coupling = wanted["coupling"]
-    formulation = wanted["formulation"]
-    if method != "auto":
-        return PRESETS[method]
-    if formulation == "marching" and isinstance(motion, Steady):
+    if requested.method != "auto":
+        return PRESETS[requested.method]
+    if requested.formulation == "marching" and isinstance(scene.motion, Steady):
         return PRESETS["auto"]
-    if formulation != "auto":
+    if requested.formulation != "auto":
         return PRESETS["convex"]  # only programs have one
-    if coupling == "newton":
+    if requested.coupling == "newton":
         return NEWTON
     if scene.hardens and not scene.coupled:
         return NEWTON_TRACTIONS  # others take many passes over the yield stress
-    count, dx = elements_in_contact(scene)
+    return _preset_by_size(scene, requested)
+
+
+def _preset_by_size(scene: Scene, requested: Requested) -> Preset:
+    """Newton's method where its products beat dense matrices, in one problem or in many in a
+    row.
+    """
+    motion = scene.motion
+    elements, dx = elements_in_contact(scene)
+    count = elements
     if own_image(scene) or one_direction(scene):
         count /= 2  # active sets have half the unknowns
-    if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx:
-        return NEWTON if count > TOO_MANY else PRESETS["auto"]
+    # short steps of rolling
+    if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT_STEP * dx:
+        return NEWTON if count > MOST_BY_ACTIVE_SETS else PRESETS["auto"]
+    # unlike bodies
     if scene.coupled and not scene.frictionless:
-        together = coupling == "auto" and {wanted["normal"], wanted["tangential"]} <= {
-            "auto",
-            "newton",
-        }
-        return NEWTON if count > (MANY_UNLIKE if together else MANY) else PRESETS["auto"]
-    if elements_in_contact(scene)[0] > MANY_PRESSURES:
+        solvers = {requested.normal, requested.tangential}
+        together = requested.coupling == "auto" and solvers <= {"auto", "newton"}
+        many = MANY_UNLIKE if together else MANY
+        return NEWTON if count > many else PRESETS["auto"]
+    # like bodies
+    if elements > MANY_PRESSURES:
         return NEWTON
-    many = count > (MANY_IN_STEPS if isinstance(motion, Transient) else MANY)
-    return NEWTON_TRACTIONS if many and not scene.frictionless else PRESETS["auto"]
+    many = MANY_IN_STEPS if isinstance(motion, Transient) else MANY
+    if count > many and not scene.frictionless:
+        return NEWTON_TRACTIONS
+    return PRESETS["auto"]
 
 
 def _why_not_hertz(scene: Scene) -> str:
     """Why the pressure is not Hertz's; nothing where it is."""
-    if getattr(scene.motion, "heights", ()) or any(
-        isinstance(surface, SampledDistance) for surface in scene.surfaces
-    ):
+    rough = isinstance(scene.motion, Transient) and bool(scene.motion.heights)
+    if rough or any(isinstance(surface, SampledDistance) for surface in scene.surfaces):
         return "is for paraboloids, ellipses and cylinders"
     if not isinstance(scene.bodies, Bodies):
         return "is for half-spaces, Bodies(G, nu)"
@@ -256,18 +307,21 @@ def _why_not_hertz(scene: Scene) -> str:
     return ""
 
 
-def _normal(scene: Scene, wanted: str, preset: Preset, method: str) -> tuple[str, str]:
-    if wanted != "auto":
-        return wanted, "requested; closed form" if wanted == "hertz" else "requested"
+def _normal(scene: Scene, requested: Requested, preset: Preset) -> tuple[str, str]:
+    if requested.normal == "hertz":
+        return "hertz", "requested; closed form"
+    if requested.normal != "auto":
+        return requested.normal, "requested"
     why = _why_not_hertz(scene)
     if not why:
-        return (
-            "hertz",
-            "closed form: the surface is Hertzian, and tractions do not change the pressure",
+        closed_form = (
+            "closed form: the surface is Hertzian, and tractions do not change the pressure"
         )
-    if scene.edge != "centres" and method == "auto":  # on parts of the elements
+        return "hertz", closed_form
+    if scene.edge != "centres" and requested.method == "auto":  # on parts of the elements
         unknowns = elements_in_contact(scene)[0] * math.prod(cells_of(scene.edge, scene.line))
-        preset = NEWTON if unknowns > MANY_PRESSURES else preset
+        if unknowns > MANY_PRESSURES:
+            preset = NEWTON
     return preset.normal, f"{_how(preset.normal)}; Hertz's pressure {why}"
 
 
@@ -276,53 +330,50 @@ def _how(solver: str) -> str:
         return "a convex program"
     if solver in MATRIX_FREE:
         return "matrix-free Newton, the fastest at this size"
-    return (
-        "active sets, as printed"
-        if solver == "tang-exact"
-        else "active sets, the fastest at this size"
-    )
+    if solver == "tang-exact":
+        return "active sets, as printed"
+    return "active sets, the fastest at this size"
 
 
-def _tangential(scene: Scene, wanted: str, preset: Preset) -> tuple[str, str]:
+def _tangential(scene: Scene, requested: str, preset: Preset) -> tuple[str, str]:
     if scene.motion is None:
         return "none", "no motion"
     if scene.frictionless:
         return "none", "no friction, no traction"
-    if wanted in THEORIES:
-        return wanted, "requested: an approximate theory; the certificate measures its error"
-    solver = preset.tangential if wanted == "auto" else wanted
+    if requested in THEORIES:
+        return requested, "requested: an approximate theory; the certificate measures its error"
+    solver = preset.tangential if requested == "auto" else requested
     if scene.no_slip and solver not in MATRIX_FREE:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
-    if wanted != "auto":
-        return wanted, "requested"
-    return solver, _how(solver) + "; falls back to the convex program" * (preset.fallback != "none")
+    if requested != "auto":
+        return requested, "requested"
+    if preset.fallback == "none":
+        return solver, _how(solver)
+    return solver, f"{_how(solver)}; falls back to the convex program"
 
 
-def _coupling(scene: Scene, wanted: dict[str, str], plan: Plan) -> tuple[str, str]:
+def _coupling(scene: Scene, requested: Requested, plan: Plan) -> tuple[str, str]:
     if scene.frictionless:
         return "none", "no tangential traction"
     if not scene.coupled:
         return "none", "like bodies (K = 0): normal problem first, then the tangential problem"
-    coupling = wanted["coupling"]
+    coupling = requested.coupling
     unlike = f"{plan.bodies} bodies ({scene.difference})"
     if coupling == "johnson":
         return coupling, "requested: one pass, with the pressure of frictionless contact"
     if coupling == "joint":
-        return (
-            coupling,
-            "requested: pressure and tractions together, with only the traction bound fixed in a pass",
-        )
-    if coupling == "newton" or (
-        coupling == "auto" and not _not_coupled_newton(scene, wanted, plan)
-    ):
-        return (
-            "newton",
-            f"{unlike}: pressure and tractions together; falls back to alternating passes",
-        )
+        together = "pressure and tractions together, with only the traction bound fixed in a pass"
+        return coupling, f"requested: {together}"
+    by_newton = coupling == "newton"
+    if coupling == "auto":
+        by_newton = not _why_not_coupled_newton(scene, requested, plan)
+    if by_newton:
+        together = "pressure and tractions together; falls back to alternating passes"
+        return "newton", f"{unlike}: {together}"
     return "panagiotopoulos", f"{unlike}: alternating normal and tangential problems"
 
 
-def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str:
+def _why_not_coupled_newton(scene: Scene, requested: Requested, plan: Plan) -> str:
     """Why Newton's method is not for pressure and tractions together; nothing where it is."""
     if scene.no_slip:
         return "infinite friction has no traction bound that follows the pressure"
@@ -330,88 +381,94 @@ def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str
         return "the traction bound is no coefficient times the pressure"
     if scene.third_body is not None and scene.third_body.yields:
         return "the yield stress of a third body does not follow the pressure"
-    if wanted["formulation"] == "marching" and isinstance(scene.motion, Steady):
+    if requested.formulation == "marching" and isinstance(scene.motion, Steady):
         return "a march solves its steps in turn"
     solvers = {"normal": plan.normal, "tangential": plan.tangential}
     others = [
         f'{problem} = "{solver}"' for problem, solver in solvers.items() if solver != "newton"
     ]
-    return f'it needs "newton" for both problems, not {" and ".join(others)}' if others else ""
+    if others:
+        return f'it needs "newton" for both problems, not {" and ".join(others)}'
+    return ""
 
 
 def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str]:
-    """Formulations that a plan may have, the default first, and why these."""
+    """Formulations that a plan may have, the default first, and the reason."""
     steady = isinstance(scene.motion, Steady)
     tangential = plan.tangential
     if states_programs(tangential):
         if steady:
             return ("gap", "marching"), "steady rolling has no energy formulation"
-        return (
-            "complementary",
-            "potential",
-            "gap",
-        ), "the fewest unknowns; marching is for steady rolling"
+        reason = "the fewest unknowns; marching is for steady rolling"
+        return ("complementary", "potential", "gap"), reason
     if tangential in ("none", "no-slip") and states_programs(plan.normal):
-        return (
-            "complementary",
-            "potential",
-        ), "the fewest unknowns, and only the normal problem is a program"
+        reason = "the fewest unknowns, and only the normal problem is a program"
+        return ("complementary", "potential"), reason
     if tangential in TANGENTIAL and steady:
         return ("none", "marching"), f"{tangential} does not solve a program"
     return ("none",), "no program is solved"
 
 
-def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
-    """Refuse what of the methods named cannot treat the scene."""
-    normal = wanted["normal"]
-    tangential = wanted["tangential"]
-    why = _why_not_hertz(scene)
-    if normal == "hertz" and why:
-        raise SceneError("normal", normal, f'"norm" or "clarabel": Hertz\'s pressure {why}')
-    why = why_centres(scene) if scene.edge != "centres" and not plan.closed_form else ""
-    # what part of an element bears pressure is found before the tractions, from distances all over
-    # it
-    if why:
-        remedy = (
-            "use"
-            if scene.coupled and not scene.frictionless
-            else "give surface.x and surface.y, or use"
-        )
-        message = f'grid.edge = "{scene.edge}" {why}; {remedy} "centres"'
-        raise SceneError("grid.edge", scene.edge, message=message)
-    why = why_not(tangential, scene) if tangential in THEORIES and plan.has_friction else ""
-    if why:
-        raise SceneError("tangential", tangential, f"another method: {why}")
-    preset = PRESETS[plan.method]
-    for field, solvers in (("normal", registry.NORMAL), ("tangential", TANGENTIAL)):
-        name = wanted[field]
-        own = getattr(preset, field)
-        convex = plan.method == "convex"
-        known = (
-            [own]
-            if plan.method == "kalker"
-            else [each for each in solvers if each not in MATRIX_FREE]
-        )
-        words = "a solver of programs, such as clarabel or scs" if convex else " or ".join(known)
-        belongs = states_programs(name) if convex else name in known
-        if plan.method != "auto" and not belongs and name not in ("auto", "hertz"):
-            remedy = f'{words} with method = "{plan.method}"; with method = "auto" any solver may be named'
-            raise SceneError(field, name, remedy)
-    why = (
-        _not_coupled_newton(scene, wanted, plan)
-        if wanted["coupling"] == plan.coupling == "newton"
-        else ""
-    )
-    if why:
-        raise SceneError("coupling", "newton", f'"panagiotopoulos": {why}')
-    difference = scene.motion.slip_difference if isinstance(scene.motion, Steady) else "first-order"
-    if wanted["formulation"] == "marching" and difference != "first-order":
-        allowed = f'"auto" or "gap" with motion.slip_difference = "{difference}"'
-        raise SceneError("formulation", "marching", allowed)
+def _check_methods(scene: Scene, requested: Requested, plan: Plan) -> None:
+    """Refuse methods that cannot treat the scene."""
+    why_not_hertz = _why_not_hertz(scene)
+    if requested.normal == "hertz" and why_not_hertz:
+        allowed = f'"norm" or "clarabel": Hertz\'s pressure {why_not_hertz}'
+        raise SceneError("normal", "hertz", allowed)
+    _check_edge(scene, plan)
+    if requested.tangential in THEORIES and plan.has_friction:
+        why = why_not(requested.tangential, scene)
+        if why:
+            raise SceneError("tangential", requested.tangential, f"another method: {why}")
+    if plan.method != "auto":
+        _check_belongs("normal", requested.normal, plan.method)
+        _check_belongs("tangential", requested.tangential, plan.method)
+    if requested.coupling == plan.coupling == "newton":
+        why = _why_not_coupled_newton(scene, requested, plan)
+        if why:
+            raise SceneError("coupling", "newton", f'"panagiotopoulos": {why}')
+    if requested.formulation == "marching" and isinstance(scene.motion, Steady):
+        difference = scene.motion.slip_difference
+        if difference != "first-order":
+            allowed = f'"auto" or "gap" with motion.slip_difference = "{difference}"'
+            raise SceneError("formulation", "marching", allowed)
+
+
+def _check_edge(scene: Scene, plan: Plan) -> None:
+    """Refuse elements at the edge that count in part: this part is found before the tractions, from
+    distances all over the elements.
+    """
+    if scene.edge == "centres" or plan.closed_form:
+        return
+    why = why_centres(scene)
+    if not why:
+        return
+    remedy = "give surface.x and surface.y, or use"
+    if scene.coupled and not scene.frictionless:
+        remedy = "use"
+    message = f'grid.edge = "{scene.edge}" {why}; {remedy} "centres"'
+    raise SceneError("grid.edge", scene.edge, message=message)
+
+
+def _check_belongs(field: str, name: str, method: str) -> None:
+    """Refuse a solver that a method other than "auto" has not."""
+    if method == "convex":
+        belongs = states_programs(name)
+        allowed = "a solver of programs, such as clarabel or scs"
+    else:
+        solvers = registry.NORMAL if field == "normal" else TANGENTIAL
+        names = [each for each in solvers if each not in MATRIX_FREE]
+        if method == "kalker":
+            names = [getattr(PRESETS[method], field)]
+        belongs = name in names
+        allowed = " or ".join(names)
+    if not belongs and name not in ("auto", "hertz"):
+        remedy = f'{allowed} with method = "{method}"'
+        raise SceneError(field, name, f'{remedy}; with method = "auto" any solver may be named')
 
 
 def one_direction(scene: Scene) -> bool:
-    """Whether tractions can arise along x only or along y only: in line contact, where nothing
+    """True if tractions can arise along x only or along y only: in line contact, where nothing
     moves along y or x.
     """
     motion = scene.motion
@@ -423,7 +480,7 @@ def one_direction(scene: Scene) -> bool:
 
 
 def own_image(scene: Scene) -> bool:
-    """Whether a Hertzian contact with an even number of rows is known to be its own mirror image
+    """True if a Hertzian contact with an even number of rows is known to be its own mirror image
     about the x-axis.
 
     With x its tractions along x are even in y and those along y odd where nothing moves along y, or
@@ -442,36 +499,44 @@ def own_image(scene: Scene) -> bool:
 
 
 def elements_in_contact(scene: Scene) -> tuple[float, float]:
-    """The number of elements in contact, about, and their length along x; zero where that is not
+    """About the number of elements in contact, and their length along x; zero where that is not
     known.
     """
     grid = given_grid(scene)
     # each step of a history has its own
     hertz = None if isinstance(scene.motion, Transient) else scene.hertz
     if not grid.explicit:
-        count = grid.nx * (1.0 if grid.line else np.pi / 4 * grid.rows)
-        return count, 0.0 if hertz is None else 2 * hertz.a / grid.nx
+        rows = 1.0 if grid.line else np.pi / 4 * grid.rows
+        dx = 0.0 if hertz is None else 2 * hertz.a / grid.nx
+        return grid.nx * rows, dx
     dx, dy = grid.sides
     if hertz is None:
-        surface = scene.surface
-        approach = scene.approach
-        if (
-            type(scene.bodies) is Bodies
-            and isinstance(surface, SampledDistance)
-            and isinstance(approach, float)
-        ):
-            # half of the elements that overlap are in contact in Hertz's, and fewer in line contact
-            return float(np.count_nonzero(surface.distance(grid) < approach)) / 2, dx
-        return grid.size, dx
-    return (2 * hertz.a if grid.line else np.pi * hertz.a * hertz.b / dy) / dx, dx
+        return _elements_overlapping(scene, grid), dx
+    if grid.line:
+        return 2 * hertz.a / dx, dx
+    return np.pi * hertz.a * hertz.b / dy / dx, dx
+
+
+def _elements_overlapping(scene: Scene, grid: Grid) -> float:
+    """Half of the elements that overlap, which are in contact in Hertz's, and fewer in line
+    contact; all where the approach is not known.
+    """
+    surface = scene.surface
+    if type(scene.bodies) is not Bodies or not isinstance(surface, SampledDistance):
+        return grid.size
+    if not isinstance(scene.approach, float):
+        return grid.size
+    return float(np.count_nonzero(surface.distance(grid) < scene.approach)) / 2
 
 
 def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
-    """Traction components on so many elements, on one side of a line of symmetry where the plan
+    """Traction components on a number of elements, on one side of a line of symmetry where the plan
     uses it.
     """
-    halved = plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene)
-    return (1 if one_direction(scene) else 2) * elements / (2 if halved else 1)
+    unknowns = elements if one_direction(scene) else 2 * elements
+    if plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene):
+        return unknowns / 2
+    return unknowns
 
 
 def check_fits(scene: Scene, plan: Plan) -> None:

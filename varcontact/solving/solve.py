@@ -13,8 +13,15 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.contact_grid import known_grid
-from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.state import cells_of, hertz_pressure, means, unloaded, with_subgrid
+from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.state import (
+    ContactState,
+    cells_of,
+    hertz_pressure,
+    means,
+    unloaded,
+    with_subgrid,
+)
 from varcontact.errors import PlausibilityWarning, SceneError
 from varcontact.results.frequency import HarmonicSolution, harmonic_solution
 from varcontact.results.history import History
@@ -32,7 +39,7 @@ from varcontact.solving.options import TOLERANCE, CouplingName, Options, SolveOp
 from varcontact.solving.selection import select
 from varcontact.system.process import one_blas_thread
 
-MOST_BY_PRESSURE = 1e50
+TRACTION_RANGE = 1e50
 """Greatest traction that is certified, by the scale of pressures: products of more leave floating
 point."""
 
@@ -216,31 +223,49 @@ def solve(
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3),
+    ...     grid=vc.Grid(nx=12, ny=12))
     >>> sol = vc.solve(scene)
-    >>> print(f"{sol.force[0] / (0.33 * sol.normal_force):.3f}", sol.certificate.relative_gap < 1e-12)
-    -0.392 True
+    >>> f"{sol.force[0] / (0.33 * sol.normal_force):.3f}"
+    '-0.392'
+    >>> sol.certificate.relative_gap < 1e-12
+    True
     """
     free = scene
     swings = isinstance(scene, Scene) and isinstance(scene.motion, Harmonic)
     if swings:
         free = replace(scene, motion=scene.motion.free_rolling)
     options = SolveOptions.checked(
-        free, normal, tangential, coupling, formulation, method, tol, polish, start, certify, refine, store,
-        accuracy, time_budget, progress,
-    )  # fmt: skip
+        free,
+        normal=normal,
+        tangential=tangential,
+        coupling=coupling,
+        formulation=formulation,
+        method=method,
+        tol=tol,
+        polish=polish,
+        start=start,
+        certify=certify,
+        refine=refine,
+        store=store,
+        accuracy=accuracy,
+        time_budget=time_budget,
+        progress=progress,
+    )
     for doubt in scene.doubts:
         warnings.warn(doubt, PlausibilityWarning, stacklevel=4)
     if options.target is not None:
-        found: Solution | History = adaptive.solve(free, options)
+        answer: Solution | History = adaptive.solve(free, options)
     elif isinstance(free.motion, Transient):
-        found = solve_transient(free, options)
+        answer = solve_transient(free, options)
     else:
-        found = solve_on_grid(free, options)
-    if isinstance(found, Solution):
-        found = replace(found, warnings=(*scene.doubts, *found.warnings))
-    return harmonic_solution(scene, found) if swings else found
+        answer = solve_on_grid(free, options)
+    if isinstance(answer, Solution):
+        answer = replace(answer, warnings=(*scene.doubts, *answer.warnings))
+    if swings:
+        return harmonic_solution(scene, answer)
+    return answer
 
 
 @checks.named_options()
@@ -275,67 +300,80 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-    ...     motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=16, ny=16))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...     friction=0.3, motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=16, ny=16))
     >>> sol = vc.solve(scene)
-    >>> vc.certify(scene, 0.99 * sol.traction).relative_gap > vc.certify(scene, sol.traction).relative_gap
+    >>> best = vc.certify(scene, sol.traction)
+    >>> vc.certify(scene, 0.99 * sol.traction).relative_gap > best.relative_gap
     True
     """
     checks.kind("scene", scene, Scene)
-    motion = scene.motion
-    if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
-        raise SceneError(
-            "motion",
-            motion,
-            "Steady or Shift, with no prescribed force, for tractions to be certified",
-        )
-    if not (isinstance(scene.grid, Grid) and scene.grid.explicit) and scene.hertz is None:
-        raise SceneError(
-            "grid", scene.grid, "explicit, with dx, dy, x0 and y0, for tractions to be certified"
-        )
+    _check_certifiable(scene)
     plan = select(scene, "hertz" if pressure is None else "clarabel")
     grid = known_grid(scene)
     disc = discretise(scene, grid)
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))
     else:
-        cells = cells_of(grid.edge, grid.line)
-        pressures = _field("pressure", pressure, grid.divided(cells).shape, disc.scales.pressure)
-        if np.any(pressures < 0) or not np.any(pressures):
-            raise SceneError(
-                "pressure", float(pressures.min()), "zero or positive, and positive somewhere"
-            )
-        on_parts = disc if cells == (1, 1) else with_subgrid(disc, pressures)
-        lattice = on_parts if on_parts.subgrid is None else on_parts.subgrid.disc
-        given = pressures / disc.scales.pressure
-        problem = lattice.normal_problem()
-        approach = problem.approach
-        # that of the elements, or parts, which the pressure acts on, weighted by it
-        if approach is None:
-            level = problem.distance + problem.operator.apply(given.reshape(1, -1))[0]
-            approach = float(given.ravel() @ level / given.sum())
-        approach += (lattice.base - disc.base) / disc.scales.displacement
-        disc = on_parts
-        state = replace(unloaded(grid), pressure=means(given, cells), approach=approach)
-    tractions = (
-        _field("traction", traction, (2, *grid.shape), disc.scales.pressure) / disc.scales.pressure
-    )
+        disc, state = _under_pressure(disc, pressure)
+    scale = disc.scales.pressure
+    state = replace(state, traction=_field("traction", traction, (2, *grid.shape), scale) / scale)
     if isinstance(scene.friction, Law):
-        disc = disc.under(friction=coefficient(disc, replace(state, traction=tractions)))
+        disc = disc.under(friction=coefficient(disc, state))
     try:
-        return certificate_of(disc, replace(state, traction=tractions), plan.closed_form)
+        return certificate_of(disc, state, plan.closed_form)
     finally:
         disc.operators.forget()
+
+
+def _check_certifiable(scene: Scene) -> None:
+    """Refuse a scene whose tractions cannot be certified alone."""
+    motion = scene.motion
+    if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
+        allowed = "Steady or Shift, with no prescribed force, for tractions to be certified"
+        raise SceneError("motion", motion, allowed)
+    placed = isinstance(scene.grid, Grid) and scene.grid.explicit
+    if not placed and scene.hertz is None:
+        allowed = "explicit, with dx, dy, x0 and y0, for tractions to be certified"
+        raise SceneError("grid", scene.grid, allowed)
+
+
+def _under_pressure(
+    disc: Discretisation, pressure: np.ndarray
+) -> tuple[Discretisation, ContactState]:
+    """The contact under a pressure [force/area], on the parts of its elements where these count in
+    part.
+    """
+    grid = disc.grid
+    cells = cells_of(grid.edge, grid.line)
+    pressures = _field("pressure", pressure, grid.divided(cells).shape, disc.scales.pressure)
+    if np.any(pressures < 0) or not np.any(pressures):
+        allowed = "zero or positive, and positive somewhere"
+        raise SceneError("pressure", float(pressures.min()), allowed)
+    base = disc.base
+    if cells != (1, 1):
+        disc = with_subgrid(disc, pressures)
+    lattice = disc if disc.subgrid is None else disc.subgrid.disc
+    pressures = pressures / disc.scales.pressure
+
+    # the approach, or the mean of the elements or parts which the pressure acts on, weighted by it
+    problem = lattice.normal_problem()
+    approach = problem.approach
+    if approach is None:
+        level = problem.distance + problem.operator.apply(pressures.reshape(1, -1))[0]
+        approach = float(pressures.ravel() @ level / pressures.sum())
+    approach += (lattice.base - base) / disc.scales.displacement
+    return disc, replace(unloaded(grid), pressure=means(pressures, cells), approach=approach)
 
 
 def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) -> np.ndarray:
     """Numbers of a shape, of a size that can be computed with beside the scale of pressures."""
     array = checks.array(name, values, shape=shape)
     largest = float(np.abs(array).max())
-    if largest > MOST_BY_PRESSURE * scale:
+    if largest > TRACTION_RANGE * scale:
         raise SceneError(
             name,
             largest,
-            f"at most {MOST_BY_PRESSURE:g} times the contact's pressures, {scale:.3g}",
+            f"at most {TRACTION_RANGE:g} times the contact's pressures, {scale:.3g}",
         )
     return array
