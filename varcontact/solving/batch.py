@@ -41,20 +41,22 @@ MOST_ELEMENTS = 4096
 MOST_IN_LINE = 512
 """The same of strips in line contact."""
 START = "the result of as many scenes on the same lattices, with fields=True"
-PASSES = 40
-"""Passes of laws of friction."""
-WHOLE = 1e-9
-"""How far the elements that particles pass may be from a whole number."""
-AT_ONCE = 250_000
+PASSES_MAX = 40
+"""Passes of laws of friction at most."""
+WHOLE_TOL = 1e-9
+"""Difference of the elements that particles pass in a step from a whole number, at most."""
+BATCH_ELEMENTS = 250_000
 """Elements of all problems of a batch: their fields take 50 MB."""
 FIGURES = (
-    "Fx", "Fy", "Mz", "vx", "vy", "spin", "normal_force", "approach", "gap", "relative_gap", "residual", "contact",
-    "stick", "slip", "iterations", "contact_area", "stick_area", "slip_area", "max_pressure", "friction_work",
+    "Fx", "Fy", "Mz", "vx", "vy", "spin", "normal_force", "approach", "gap", "relative_gap",
+    "residual", "contact", "stick", "slip", "iterations", "contact_area", "stick_area",
+    "slip_area", "max_pressure", "friction_work",
 )  # fmt: skip
-"""What is known of each scene, by the names that sweeps have."""
+"""Figures of each scene, by the names that sweeps have."""
 VALUES = ("Fx", "Fy", "Mz", "vx", "vy")
+"""Figures that have an error against the continuum."""
 BARS = tuple(f"{name}_error" for name in VALUES)
-"""Those that have an error against the continuum, and the errors' own names."""
+"""Names of the errors."""
 Figures = dict[str, np.ndarray]
 Fields = dict[int, tuple[np.ndarray, ...]]
 """By the number of a scene its tractions (2, ny, nx), its traction bound [force/area] and its
@@ -62,8 +64,8 @@ centres' x and y."""
 
 
 @dataclass(frozen=True, eq=False)
-class Near:
-    """Where scenes begin, by their numbers: tractions by the bound (n, 2, ny, nx), and creepages
+class InitialTractions:
+    """Start of scenes, by their numbers: tractions by the bound (n, 2, ny, nx), and creepages
     (n, 2).
     """
 
@@ -71,19 +73,22 @@ class Near:
     creepage: np.ndarray
 
     def on(
-        self, problem: BatchedProblem, numbers: list[int], given: list[np.ndarray], step: np.ndarray
+        self,
+        problem: BatchedProblem,
+        numbers: list[int],
+        creepage: list[np.ndarray],
+        step: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Tractions and what comes to the rigid shift, with which some of the problems begin;
-        `given` are creepages.
+        """First tractions of the problems with these numbers, and additions to the rigid shift of
+        their creepages.
         """
         ny, nx, _ = problem.bound.shape
         part = np.moveaxis(self.part[numbers, :, :ny, :nx], 0, -1)
         if part.shape[1:] != problem.bound.shape:
             raise SceneError("start", part.shape[1:3], START)
-        rigid = (self.creepage[numbers].T - given) * step
-        return np.nan_to_num(part) * problem.bound, np.nan_to_num(
-            np.where(np.isnan(problem.force), 0.0, rigid)
-        )
+        rigid = (self.creepage[numbers].T - creepage) * step
+        rigid = np.where(np.isnan(problem.force), 0.0, rigid)
+        return np.nan_to_num(part) * problem.bound, np.nan_to_num(rigid)
 
 
 @one_blas_thread()
@@ -92,27 +97,26 @@ def solve_batches(
     tol: float,
     accuracy: float | None = None,
     kept: Fields | None = None,
-    near: Near | None = None,
+    near: InitialTractions | None = None,
     some: Sequence[int] | None = None,
 ) -> tuple[Figures, np.ndarray]:
-    """The figures of the scenes that batches solve, NaN of the others; and which these are.
+    """The figures of the scenes that batches solve, NaN of the others; and a mask of the former.
 
     Scenes without a grid are solved to the accuracy, 0.01 if none is given, and have the error
     bars, too. `kept` gets the fields of the others. `some` are the numbers of those that are to be
     solved at all.
     """
-    sound = list(range(len(scenes)) if some is None else some)
-    figures, solved = _on_grids(
-        scenes, [k for k in sound if isinstance(scenes[k].grid, Grid)], tol, kept, near
-    )
+    numbers = list(range(len(scenes)) if some is None else some)
+    gridded_ones = [k for k in numbers if isinstance(scenes[k].grid, Grid)]
+    figures, solved = _on_grids(scenes, gridded_ones, tol, kept, near)
     for line in (False, True):
-        free = [k for k in sound if scenes[k].line == line and _without_grid(scenes[k])]
+        free = [k for k in numbers if scenes[k].line == line and _without_grid(scenes[k])]
         if not free:
             continue
-        own, done = _to_accuracy([scenes[k] for k in free], accuracy or BY_DEFAULT, tol)
-        for name, values in own.items():
+        of_free, free_solved = _to_accuracy([scenes[k] for k in free], accuracy or BY_DEFAULT, tol)
+        for name, values in of_free.items():
             figures.setdefault(name, np.full(len(scenes), math.nan))[free] = values
-        solved[free] = done
+        solved[free] = free_solved
     return figures, solved
 
 
@@ -129,17 +133,17 @@ def march_batches(
     grids = {k: grid for k in some if (grid := _grid_of_history(scenes[k])) is not None}
     left = list(grids)
     before = None
-    found = list[Figures]()
+    by_step = list[Figures]()
     for step in range(scenes[0].motion.steps):
-        now = [
-            scenes[k].step(step, grids[k]) if k in left else scenes[k] for k in range(len(scenes))
-        ]
+        scenes_of_step: list[Scene] = list(scenes)
+        for k in left:
+            scenes_of_step[k] = scenes[k].step(step, grids[k])
         kept: Fields = {}
-        figures, solved = _on_grids(now, left, tol, kept, before=before)
-        found.append(figures)
+        figures, solved = _on_grids(scenes_of_step, left, tol, kept, before=before)
+        by_step.append(figures)
         left = np.flatnonzero(solved).tolist()
         before = kept
-    return {name: np.stack([each[name] for each in found], axis=-1) for name in FIGURES}, solved
+    return {name: np.stack([each[name] for each in by_step], axis=-1) for name in FIGURES}, solved
 
 
 def _grid_of_history(scene: Scene[Transient]) -> Grid | None:
@@ -147,12 +151,9 @@ def _grid_of_history(scene: Scene[Transient]) -> Grid | None:
     motion = scene.motion
     grid = scene.grid
     frictions = [scene.friction, *(each for each in motion.every("friction") if each is not None)]
-    alone = motion.control is not None or motion.start is not None or motion.heights or scene.line
-    if (
-        alone
-        or not isinstance(grid, Grid)
-        or not all(isinstance(each, float) for each in frictions)
-    ):
+    if motion.control is not None or motion.start is not None or motion.heights or scene.line:
+        return None
+    if not isinstance(grid, Grid) or not all(isinstance(each, float) for each in frictions):
         return None
     if grid.explicit:
         return grid
@@ -163,13 +164,13 @@ def _grid_of_history(scene: Scene[Transient]) -> Grid | None:
 
 
 def _without_grid(scene: Scene) -> bool:
-    """Whether a scene is one for batches that leaves its grid to the accuracy."""
+    """True if a scene is one for batches that leaves its grid to the accuracy."""
     motion = scene.motion
     if scene.grid != "auto" or not fits(scene) or isinstance(scene.friction, Law):
         return False
-    return isinstance(motion, Shift) or motion == replace(
-        motion, slip_difference="first-order", spin_offset=None
-    )
+    if isinstance(motion, Shift):
+        return True
+    return bool(motion == replace(motion, slip_difference="first-order", spin_offset=None))
 
 
 def _on_grids(
@@ -177,29 +178,28 @@ def _on_grids(
     some: Sequence[int],
     tol: float,
     kept: Fields | None = None,
-    near: Near | None = None,
+    near: InitialTractions | None = None,
     before: Fields | None = None,
 ) -> tuple[Figures, np.ndarray]:
     figures = {name: np.full(len(scenes), math.nan) for name in FIGURES}
     solved = np.zeros(len(scenes), bool)
-    fit = [k for k in some if fits(scenes[k])]
+    fitting = [k for k in some if fits(scenes[k])]
     groups = dict[_Kind, list[_Member]]()
-    for number, hertz in zip(fit, _contacts([scenes[k] for k in fit]), strict=True):
+    for number, hertz in zip(fitting, _contacts([scenes[k] for k in fitting]), strict=True):
         member = None if hertz is None else _member(number, scenes[number], hertz)
         if member is not None:
             groups.setdefault(member.kind, []).append(member)
     for members in groups.values():
-        elements = len(members) * math.prod(
-            np.max([each.shape for each in members], axis=0).tolist()
-        )
-        places = math.ceil(len(members) / math.ceil(elements / AT_ONCE))
-        for first in range(0, len(members), places):
-            part = members[first : first + places]
-            own, done = _solve_group(part, tol, kept, near, before)
-            at = np.array([member.number for member in part])[done]
-            for name, values in own.items():
-                figures[name][at] = values[done]
-            solved[at] = True
+        shape = np.max([each.shape for each in members], axis=0).tolist()
+        elements = len(members) * math.prod(shape)
+        size = math.ceil(len(members) / math.ceil(elements / BATCH_ELEMENTS))
+        for first in range(0, len(members), size):
+            part = members[first : first + size]
+            of_part, part_solved = _solve_group(part, tol, kept, near, before)
+            numbers = np.array([member.number for member in part])[part_solved]
+            for name, values in of_part.items():
+                figures[name][numbers] = values[part_solved]
+            solved[numbers] = True
     return figures, solved
 
 
@@ -215,44 +215,60 @@ def _to_accuracy(
     levels: list[tuple[int, Figures]] = []
     line = scenes[0].line
     n = coarsest(line, accuracy)
-    while left.size and n * (1 if line else round(RATIO * n)) <= (
-        MOST_IN_LINE if line else MOST_ELEMENTS
-    ):
+    while left.size and _small_enough(n, line):
         on_grid = [gridded(scenes[k], True, n) for k in left.tolist()]
-        found, goes_on = _on_grids(on_grid, range(len(on_grid)), tol)
-        levels = [*levels, (n, found)][-GRIDS:]
+        figures_on_grid, goes_on = _on_grids(on_grid, range(len(on_grid)), tol)
+        levels = [*levels, (n, figures_on_grid)][-GRIDS:]
         if len(levels) == GRIDS:
-            limit, units = _units(on_grid)
-            best = dict(found)
-            errors = {}
-            for name, unit in units.items():
-                value, error = richardson(
-                    [one[name] for _, one in levels], [across for across, _ in levels]
-                )
-                best[name] = np.where(np.isnan(unit), found[name], value)
-                errors[f"{name}_error"] = error + FLOOR * n**-ORDER * unit
-            # by a little, where extrapolated
-            beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)
-            best |= {name: best[name] / beyond for name in ("Fx", "Fy")}
-            rolls = np.array([isinstance(scene.motion, Steady) for scene in on_grid])
-            best["friction_work"] = np.where(rolls, _power(best), found["friction_work"])
-            worst = np.fmax.reduce([errors[f"{name}_error"] / unit for name, unit in units.items()])
-            done = goes_on & (worst <= accuracy)
-            for name, values in (best | errors).items():
-                figures[name][left[done]] = values[done]
-            solved[left[done]] = True
-            goes_on &= ~done
+            best, error = _extrapolated(on_grid, levels)
+            accurate = goes_on & (error <= accuracy)
+            for name, values in best.items():
+                figures[name][left[accurate]] = values[accurate]
+            solved[left[accurate]] = True
+            goes_on &= ~accurate
         left = left[goes_on]
         levels = [
-            (across, {name: values[goes_on] for name, values in one.items()})
-            for across, one in levels
+            (across, {name: values[goes_on] for name, values in of_level.items()})
+            for across, of_level in levels
         ]
         n = math.ceil(n * RATIO)
     return figures, solved
 
 
+def _small_enough(n: int, line: bool) -> bool:
+    """True if batches have so many elements as lattices of n across the contact have."""
+    if line:
+        return n <= MOST_IN_LINE
+    return n * round(RATIO * n) <= MOST_ELEMENTS
+
+
+def _extrapolated(
+    scenes: list[Scene], levels: list[tuple[int, Figures]]
+) -> tuple[Figures, np.ndarray]:
+    """Figures with their error bars, extrapolated from three grids; and the largest error of each
+    scene, as a part of its unit.
+    """
+    n, finest = levels[-1]
+    limit, units = _units(scenes)
+    best = dict(finest)
+    errors = {}
+    for name, unit in units.items():
+        value, error = richardson(
+            [of_level[name] for _, of_level in levels], [across for across, _ in levels]
+        )
+        best[name] = np.where(np.isnan(unit), finest[name], value)
+        errors[f"{name}_error"] = error + FLOOR * n**-ORDER * unit
+    # by a little, where extrapolated
+    beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)
+    best |= {name: best[name] / beyond for name in ("Fx", "Fy")}
+    rolls = np.array([isinstance(scene.motion, Steady) for scene in scenes])
+    best["friction_work"] = np.where(rolls, _power(best), finest["friction_work"])
+    largest = np.fmax.reduce([errors[f"{name}_error"] / unit for name, unit in units.items()])
+    return best | errors, largest
+
+
 def _power(figures: Figures) -> np.ndarray:
-    """Work put in by steady rolling, all of which friction loses, by distance rolled."""
+    """Energy supplied in steady rolling, all of which friction dissipates, per distance rolled."""
     return 0.0 - (
         figures["Fx"] * figures["vx"]
         + figures["Fy"] * figures["vy"]
@@ -261,27 +277,28 @@ def _power(figures: Figures) -> np.ndarray:
 
 
 def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
-    """The friction limit, and what an error of one is, of the values that a scene does not
-    prescribe; NaN of others.
+    """The friction limits, and the units of errors of the values that a scene does not prescribe;
+    NaN of others.
     """
     limits = np.zeros(len(scenes))
-    found = {name: np.full(len(scenes), math.nan) for name in VALUES}
+    all_units = {name: np.full(len(scenes), math.nan) for name in VALUES}
     for k, scene in enumerate(scenes):
         hertz = scene.hertz
         motion = scene.motion
         assert isinstance(hertz, HertzContact)
         assert isinstance(scene.friction, float)
         limits[k] = scene.friction * hertz.force
-        units = frictional_units(
-            limits[k], hertz.a, 1.0 if scene.line else hertz.b, scene.bodies, scene.line
-        )
+        width = 1.0 if scene.line else hertz.b
+        units = frictional_units(limits[k], hertz.a, width, scene.bodies, scene.line)
         if not scene.line:
-            found["Mz"][k] = units["Mz"]
-        rigid = ("vx", "vy") if isinstance(motion, Steady) else ("ux", "uy")
-        for force, name, value in zip(("Fx", "Fy"), rigid, ("vx", "vy"), strict=True):
-            given = getattr(motion, force) is not None
-            found[value if given else force][k] = units[name if given else force]
-    return limits, found
+            all_units["Mz"][k] = units["Mz"]
+        rigid = "v" if isinstance(motion, Steady) else "u"
+        for axis in "xy":
+            if getattr(motion, f"F{axis}") is None:
+                all_units[f"F{axis}"][k] = units[f"F{axis}"]
+            else:
+                all_units[f"v{axis}"][k] = units[f"{rigid}{axis}"]
+    return limits, all_units
 
 
 # ----------------------------------------------------------------------------- scenes to problems
@@ -289,7 +306,7 @@ def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
 
 @dataclass(frozen=True)
 class _Kind:
-    """What the scenes of a batch have in common.
+    """Properties that the scenes of a batch have in common.
 
     `shape`: the least powers of two, or three quarters of these, that hold their elements. `soft`:
     their grid, if that has softened edges. `ahead`: elements that particles pass in a step of a
@@ -314,56 +331,66 @@ class _Member:
 
 
 def fits(scene: Scene) -> bool:
-    """Whether a scene, on a grid, is of the kind that batches solve."""
-    if (
-        type(scene.surface) not in (Ellipse, Paraboloids, Cylinders)
-        or type(scene.bodies) is not Bodies
-    ):
+    """True if a scene, on a grid, is of the kind that batches solve."""
+    if type(scene.surface) not in (Ellipse, Paraboloids, Cylinders):
         return False
-    if scene.third_body is not None or scene.bodies.coupled:
+    if type(scene.bodies) is not Bodies or scene.bodies.coupled or scene.third_body is not None:
+        return False
+    if not _friction_fits(scene.friction):
         return False
     motion = scene.motion
-    friction = scene.friction
-    if isinstance(friction, Law):
-        if friction.local or friction.memory_distance > 0 or friction.kinetic == 0:
-            return False
-    elif type(friction) is not float or not 0 < friction < math.inf:
-        return False
     if isinstance(motion, Steady):
         return motion.dq is None and motion.rigid_slip is None
     return isinstance(motion, Shift | TimeStep) and not scene.line
+
+
+def _friction_fits(friction: object) -> bool:
+    if isinstance(friction, Law):
+        return not friction.local and friction.memory_distance <= 0 and friction.kinetic != 0
+    return type(friction) is float and 0 < friction < math.inf
 
 
 def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
     """Hertz's contacts: under a given force of ellipses and paraboloids as arrays, of others one by
     one.
     """
-    found: list[HertzContact | None] = [None] * len(scenes)
+    contacts: list[HertzContact | None] = [None] * len(scenes)
     for kind in (Ellipse, Paraboloids):
-        some = [
+        numbers = [
             k
             for k, scene in enumerate(scenes)
             if type(scene.surface) is kind and scene.normal_force
         ]
-        if not some:
-            continue
-        bodies = [scenes[k].bodies for k in some]
-        force = np.array([scenes[k].normal_force for k in some], dtype=float)
-        G, nu = (
-            np.array([getattr(each, f"combined_{name}") for each in bodies]) for name in ("G", "nu")
-        )
-        names = ("a", "b") if kind is Ellipse else ("Rx", "Ry")
-        one, other = (np.array([getattr(scenes[k].surface, name) for k in some]) for name in names)
-        with np.errstate(all="ignore"):
-            a, b = (one, other) if kind is Ellipse else semi_axes(one, other, G, nu, force)
-            approach = approaches(a, b, G, nu, force)
-            peak = 1.5 * force / (math.pi * a * b)
-        columns = np.stack([a, b, approach, force, peak, np.full_like(a, math.nan)]).tolist()
-        for k, ak, bk, dk, Fk, pk, R in zip(some, *columns, strict=True):
-            found[k] = HertzContact(ak, bk, dk, Fk, pk, R, R)
+        columns = _columns_of_hertz([scenes[k] for k in numbers]) if numbers else []
+        for k, (a, b, approach, force, peak) in zip(numbers, columns, strict=True):
+            contacts[k] = HertzContact(a, b, approach, force, peak, math.nan, math.nan)
     return [
-        scene.hertz if each is None else each for scene, each in zip(scenes, found, strict=True)
+        scene.hertz if contact is None else contact
+        for scene, contact in zip(scenes, contacts, strict=True)
     ]
+
+
+def _columns_of_hertz(scenes: list[Scene]) -> list[list[float]]:
+    """Semi-axes, approach, force and largest pressure of each of scenes with one kind of
+    surface.
+    """
+    bodies = [scene.bodies for scene in scenes]
+    surfaces = [scene.surface for scene in scenes]
+    force = np.array([scene.normal_force for scene in scenes], dtype=float)
+    G = np.array([each.combined_G for each in bodies])
+    nu = np.array([each.combined_nu for each in bodies])
+    with np.errstate(all="ignore"):
+        if isinstance(surfaces[0], Ellipse):
+            a = np.array([surface.a for surface in surfaces])
+            b = np.array([surface.b for surface in surfaces])
+        else:
+            Rx = np.array([surface.Rx for surface in surfaces])
+            Ry = np.array([surface.Ry for surface in surfaces])
+            a, b = semi_axes(Rx, Ry, G, nu, force)
+        approach = approaches(a, b, G, nu, force)
+        peak = 1.5 * force / (math.pi * a * b)
+    columns: list[list[float]] = np.stack([a, b, approach, force, peak], axis=-1).tolist()
+    return columns
 
 
 def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
@@ -371,31 +398,38 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     grid = given_grid(scene)
     motion = scene.motion
     shape = shape_with_margin(grid)
-    if (grid.explicit and grid.edge != "centres") or math.prod(shape) > (
-        MOST_IN_LINE if grid.line else MOST_ELEMENTS
-    ):
+    if math.prod(shape) > (MOST_IN_LINE if grid.line else MOST_ELEMENTS):
         return None
-    if grid.explicit and not _holds(grid, hertz):
+    if grid.explicit and (grid.edge != "centres" or not _holds(grid, hertz)):
         return None
-    difference = motion.slip_difference if isinstance(motion, Steady) else None
     ahead = 0.0
     if isinstance(motion, TimeStep):
         ahead = motion.direction * motion.dq / grid.sides[0]
-        if abs(ahead - round(ahead)) > WHOLE or abs(ahead) > grid.nx:
+        if abs(ahead - round(ahead)) > WHOLE_TOL or abs(ahead) > grid.nx:
             return None
-    powers = [2 ** math.ceil(math.log2(side)) for side in shape]
-    wide = tuple(
-        3 * p // 4 if side <= 3 * p // 4 else p for side, p in zip(shape, powers, strict=True)
+    kind = _Kind(
+        shape=tuple(_rounded_up(side) for side in shape),
+        soft=grid if grid.edge == "softened" else None,
+        difference=motion.slip_difference if isinstance(motion, Steady) else None,
+        ahead=round(ahead),
+        line=grid.line,
+        under_law=isinstance(scene.friction, Law),
     )
-    soft = grid if grid.edge == "softened" else None
-    kind = _Kind(wide, soft, difference, round(ahead), grid.line, isinstance(scene.friction, Law))
     return _Member(number, kind, shape, scene, hertz)
+
+
+def _rounded_up(side: int) -> int:
+    """The least power of two, or three quarters of one, that is not below a number."""
+    power = int(2 ** math.ceil(math.log2(side)))
+    if side <= 3 * power // 4:
+        return 3 * power // 4
+    return power
 
 
 @lru_cache(maxsize=16)
 def _across_circle(grid: Grid) -> tuple[Grid, np.ndarray, np.ndarray]:
-    """A grid across the unit circle, the parts of the load on its elements, and what softens those
-    at the edge.
+    """A grid across the unit circle, the parts of the load on its elements, and the compliance of
+    those at the edge.
     """
     circle = HertzContact(1.0, math.inf if grid.line else 1.0, 0.0, 1.0, 1.0, 1.0, 1.0)
     half = 0.5 if grid.line else 1.0
@@ -411,7 +445,9 @@ def _elements(scene: Scene, hertz: HertzContact) -> tuple[np.ndarray, ...]:
     b = hertz.b
     if not grid.explicit:
         lattice, share, _ = _across_circle(grid)
-        scale = np.array([a, 0.0 if grid.line else b])
+        scale = np.array([a, b])
+        if grid.line:
+            scale[1] = 0.0
         sides = np.where(scale > 0, lattice.sides * scale, 1.0)
         return sides, lattice.x * scale[0], lattice.y * scale[1], share
     share = hertz.on_elements(grid)
@@ -433,7 +469,7 @@ def _solve_group(
     members: list[_Member],
     tol: float,
     kept: Fields | None,
-    near: Near | None,
+    near: InitialTractions | None,
     before: Fields | None,
 ) -> tuple[Figures, np.ndarray]:
     """The figures of scenes of like kinds, and which of them are solved; `before` are the fields of
@@ -541,7 +577,7 @@ def _under_laws(
     whole = BatchedSolution.unsolved(problem)
     part = np.ones_like(problem.bound)
     left = np.arange(len(laws))
-    for _ in range(PASSES):
+    for _ in range(PASSES_MAX):
         of_left = problem.of(left)
         pressed = of_left.bound
         found = solve_batch(replace(of_left, bound=pressed * part[..., left]), tol, start)

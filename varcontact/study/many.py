@@ -25,7 +25,7 @@ from varcontact.solving.batch import (
     FIGURES,
     START,
     Fields,
-    Near,
+    InitialTractions,
     fits,
     march_batches,
     solve_batches,
@@ -325,7 +325,7 @@ def _steps(scene: Scene) -> int | None:
     return None
 
 
-def _near(start: Any, scenes: list[Scene]) -> Near:
+def _near(start: Any, scenes: list[Scene]) -> InitialTractions:
     """Tractions by their bound, and creepages, of a dataset of as many scenes."""
     over = FIELDS | {"vx": ("scene",), "vy": ("scene",)}
     try:
@@ -339,7 +339,7 @@ def _near(start: Any, scenes: list[Scene]) -> Near:
         raise SceneError("start", start, START)
     bound = named["traction_bound"][:, None]
     part = named["traction"] / np.where(bound > 0, bound, 1.0)
-    return Near(part, np.stack([named["vx"], named["vy"]], axis=-1))
+    return InitialTractions(part, np.stack([named["vx"], named["vy"]], axis=-1))
 
 
 def _field_arrays(fields: Fields, count: int) -> dict[str, Any]:
