@@ -7,7 +7,7 @@ import pytest
 
 from tests.wheel_rail.conditions import TRACK, WHEELSET
 from varcontact.errors import NotConverged, SceneError
-from varcontact.solving.side_by_side import settled_together
+from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.wheel_rail import Position, WheelOnRail
 from varcontact.wheel_rail.bearing_height import ROUNDS, BearingHeight
 from varcontact.wheel_rail.wheel_on_elements import WheelOnElements
@@ -95,7 +95,7 @@ def test_wheels_in_one_loop_have_the_solutions_of_each_alone():
     wheels = [WheelOnElements(each, 1e-6, {}) for each in cases]
     while not all(each.done for each in wheels):
         proposed = [each.propose() for each in wheels]
-        settled = iter(settled_together([contact for own in proposed for contact in own]))
+        settled = iter(with_tractions_batched([contact for own in proposed for contact in own]))
         for each, own in zip(wheels, proposed, strict=True):
             each.learn([next(settled) for _ in own])
     for each, case in zip(wheels, cases, strict=True):

@@ -375,7 +375,7 @@ def _columns_of_hertz(scenes: list[Scene]) -> list[list[float]]:
     surface.
     """
     bodies = [scene.bodies for scene in scenes]
-    surfaces = [scene.surface for scene in scenes]
+    surfaces: list[Any] = [scene.surface for scene in scenes]
     force = np.array([scene.normal_force for scene in scenes], dtype=float)
     G = np.array([each.combined_G for each in bodies])
     nu = np.array([each.combined_nu for each in bodies])

@@ -223,7 +223,7 @@ def coupled_newton(
 
     # kept where they are better
     iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
-    better = raw.finite and np.any(raw.traction[0])
+    better = raw.finite and bool(np.any(raw.traction[0]))
     if better and not raw.solved:
         better = not along_normal and residual(raw) < max(residuals(disc, state))
     if not better:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -59,7 +60,8 @@ def _solve_batch(contacts: list[ContactOnGrid], difference: str) -> list[Contact
 
     # one problem with given creepages
     dx, dy = np.array([each.disc.lattice.sides for each in contacts]).T
-    nu = np.array([each.disc.operators.medium.nu for each in contacts])
+    media = [cast(HalfSpaces, each.disc.operators.medium) for each in contacts]
+    nu = np.array([medium.nu for medium in media])
     force = np.full((2, len(contacts)), math.nan)
     problem = BatchedProblem(dx, dy, nu, shift, bound, force, difference)
     tol = contacts[0].solver.tol / 10

@@ -112,9 +112,11 @@ def _same_pressure(scene: Scene, plan: Plan, last: _Last) -> bool:
     if plan != last.plan or plan.coupling != "none":
         return False
     motion = scene.motion
-    if not isinstance(motion, Steady | Shift) or type(motion) is not type(last.scene.motion):
-        return False
-    if isinstance(motion, Steady) and motion.dq != last.scene.motion.dq:
+    before = last.scene.motion
+    if isinstance(motion, Steady):
+        if not isinstance(before, Steady) or motion.dq != before.dq:
+            return False
+    elif not (isinstance(motion, Shift) and isinstance(before, Shift)):
         return False
     return all(
         _same(getattr(scene, field.name), getattr(last.scene, field.name))

@@ -36,7 +36,7 @@ from varcontact.solving.adaptive import (
 )
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions, Target
-from varcontact.solving.side_by_side import settled_together
+from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
@@ -123,7 +123,7 @@ def solve_wheels_on_rails(
             yield from each.new_answers()
         # tractions of all
         contacts = [contact for own in proposed for contact in own]
-        settled = settled_together(contacts) if together else contacts
+        settled = with_tractions_batched(contacts) if together else contacts
         # forces, which tell the heights after
         for each, own in zip(going, proposed, strict=True):
             with _without_doubts():

@@ -15,7 +15,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
-from varcontact.solving.on_grid import ContactOnGrid, Near
+from varcontact.solving.on_grid import ContactOnGrid, InitialGuess
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.solve import solve
 from varcontact.theories.on_grid import THEORIES
@@ -65,7 +65,7 @@ class WheelOnElements:
         self._second_order = second_order
         self.by_theory = methods.get("tangential") in THEORIES
         self._search = BearingHeight(case, tol)
-        self._before: list[Solution | Near] = []
+        self._before: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
         if start is not None:
             self._begin_at(start)
@@ -124,7 +124,7 @@ class WheelOnElements:
         self._contacts = []
         for contact, proposed in zip(contacts, self._proposed, strict=True):
             if contact is proposed:
-                contact = proposed.settled()
+                contact = proposed.with_tractions()
             self._contacts.append(contact)
         self._learn_forces([each.force for each in self._contacts])
 
@@ -153,7 +153,7 @@ class WheelOnElements:
     def _press(self) -> None:
         """The contacts without friction, and what they bear."""
         bare = [replace(each.scene, motion=None, friction=None) for each in self._patches]
-        near = [each.near for each in self._frictionless] or self._before
+        near = [each.initial_guess for each in self._frictionless] or self._before
         methods = for_pressure(self._methods)
         self._frictionless = _contacts(
             bare, methods, near, self._operators, deadline=self._deadline
@@ -166,18 +166,18 @@ class WheelOnElements:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
         change a pressure.
         """
-        near = self._near or [each.near for each in self._frictionless]
+        near = self._near or [each.initial_guess for each in self._frictionless]
         return _contacts(self._scenes, self._methods, near, (), self._frictionless, self._deadline)
 
     def _solved(self) -> list[ContactOnGrid]:
-        near = self._near or [each.near for each in self._frictionless]
+        near = self._near or [each.initial_guess for each in self._frictionless]
         return _contacts(
             self._scenes, self._methods, near, self._operators, deadline=self._deadline
         )
 
     @property
-    def _near(self) -> list[Solution | Near]:
-        return [each.near for each in self._contacts] or self._before
+    def _near(self) -> list[Solution | InitialGuess]:
+        return [each.initial_guess for each in self._contacts] or self._before
 
     @property
     def _scenes(self) -> list[Scene]:
@@ -213,7 +213,7 @@ def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[C
 def _contacts(
     scenes: list[Scene],
     methods: dict[str, Any],
-    near: Sequence[Solution | Near],
+    near: Sequence[Solution | InitialGuess],
     known: Sequence[Operators],
     frictionless: Sequence[ContactOnGrid] = (),
     deadline: float = math.inf,
@@ -229,7 +229,7 @@ def _contacts(
         options = replace(SolveOptions.checked(scene, **methods), deadline=deadline)
         start = near[k] if len(near) == len(scenes) else None
         own = known[k] if len(known) == len(scenes) else None
-        loaded = frictionless[k].loaded(scene, options, start) if frictionless else None
+        loaded = frictionless[k].with_friction(scene, options, start) if frictionless else None
         if frictionless and loaded is None:
             return []
         contacts.append(loaded or ContactOnGrid.of(scene, options, start, own))
