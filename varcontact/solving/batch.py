@@ -465,6 +465,73 @@ def _holds(grid: Grid, hertz: HertzContact) -> bool:
     return inside and bool(hertz.on_elements(grid).any())
 
 
+@dataclass(frozen=True, eq=False)
+class _Arrays:
+    """Scenes of like kinds as arrays over their elements (ny, nx, n), physical.
+
+    `share`: part of the load on an element. `step`: distance rolled or 1, by which a creepage is
+    the shift `W` (2, ny, nx, n). `prescribed`: Fx and Fy (2, n), NaN where they are not.
+    """
+
+    dx: np.ndarray
+    dy: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    share: np.ndarray
+    force: np.ndarray
+    G: np.ndarray
+    nu: np.ndarray
+    step: np.ndarray
+    creepage: np.ndarray
+    prescribed: np.ndarray
+    W: np.ndarray
+
+    @property
+    def area(self) -> np.ndarray:
+        return self.dx * self.dy
+
+
+def _arrays(members: list[_Member]) -> _Arrays:
+    n = len(members)
+    scenes = [each.scene for each in members]
+    # elements and their parts of the load
+    ny, nx = np.max([each.shape for each in members], axis=0).tolist()
+    sides = np.empty((2, n))
+    x = np.zeros((nx, n))
+    y = np.zeros((ny, n))
+    share = np.zeros((ny, nx, n))
+    for j, each in enumerate(members):
+        sides[:, j], own_x, own_y, own_share = _elements(each.scene, each.hertz)
+        x[: own_x.size, j] = own_x
+        y[: own_y.size, j] = own_y
+        share[: own_y.size, : own_x.size, j] = own_share
+
+    # rigid shifts of their motions
+    dx, dy = sides
+    steps = [scene.motion.step(length) for scene, length in zip(scenes, dx.tolist(), strict=True)]
+    step = np.array([each.dq or 1.0 for each in steps])
+    creepage = np.array([each.rigid for each in steps]).T
+    vx, vy, spin = creepage
+    sampled = np.array([each.spin * each.spin_offset * each.direction * each.dq for each in steps])
+    W = np.empty((2, *share.shape))
+    W[0] = (vx - spin * y[:, None]) * step
+    W[1] = (vy + spin * x + sampled) * step
+    return _Arrays(
+        dx=dx,
+        dy=dy,
+        x=x,
+        y=y,
+        share=share,
+        force=np.array([each.hertz.force for each in members]),
+        G=np.array([scene.bodies.combined_G for scene in scenes]),
+        nu=np.array([scene.bodies.combined_nu for scene in scenes]),
+        step=step,
+        creepage=creepage,
+        prescribed=np.array([[each.Fx, each.Fy] for each in steps], dtype=float).T,
+        W=W,
+    )
+
+
 def _solve_group(
     members: list[_Member],
     tol: float,
@@ -472,93 +539,93 @@ def _solve_group(
     near: InitialTractions | None,
     before: Fields | None,
 ) -> tuple[Figures, np.ndarray]:
-    """The figures of scenes of like kinds, and which of them are solved; `before` are the fields of
-    the step before.
+    """The figures of scenes of like kinds, and a mask of those that are solved; `before` are the
+    fields of the step before.
     """
+    # the problem
     kind = members[0].kind
-    contacts = [each.hertz for each in members]
-    scenes = [each.scene for each in members]
-    force = np.array([contact.force for contact in contacts])
-    G, nu = (
-        np.array([getattr(each.bodies, f"combined_{name}") for each in scenes])
-        for name in ("G", "nu")
-    )
-    n, (ny, nx) = len(members), np.max([each.shape for each in members], axis=0).tolist()
-    sides = np.empty((2, n))
-    x = np.zeros((nx, n))
-    y = np.zeros((ny, n))
-    share = np.zeros((ny, nx, n))
-    for j, (scene, contact) in enumerate(zip(scenes, contacts, strict=True)):
-        sides[:, j], own_x, own_y, own = _elements(scene, contact)
-        x[: own_x.size, j] = own_x
-        y[: own_y.size, j] = own_y
-        share[: own_y.size, : own_x.size, j] = own
-    dx, dy = sides
-    steps = [scene.motion.step(length) for scene, length in zip(scenes, dx.tolist(), strict=True)]
-    area = dx * dy
-    step = np.array([each.dq or 1.0 for each in steps])
-    vx, vy, spin = np.array([each.rigid for each in steps]).T
-    sampled = np.array([each.spin * each.spin_offset * each.direction * each.dq for each in steps])
-    given = np.array([[each.Fx, each.Fy] for each in steps], dtype=float).T  # NaN for None
-    W = np.empty((2, *share.shape))
-    W[0] = (vx - spin * y[:, None]) * step
-    W[1] = (vy + spin * x + sampled) * step
-    laws = [scene.friction for scene in scenes]
+    arrays = _arrays(members)
+    laws = [each.scene.friction for each in members]
     friction = np.array([law.static if isinstance(law, Law) else law for law in laws])
-    bound = share * (friction * force / area)
-    soft = None if kind.soft is None else _across_circle(kind.soft)[2]
+    bound = arrays.share * (friction * arrays.force / arrays.area)
     problem = BatchedProblem(
-        dx, dy, nu, W, bound / G, given / area / G, kind.difference, kind.line, soft
+        arrays.dx,
+        arrays.dy,
+        arrays.nu,
+        arrays.W,
+        bound / arrays.G,
+        arrays.prescribed / arrays.area / arrays.G,
+        kind.difference,
+        kind.line,
+        None if kind.soft is None else _across_circle(kind.soft)[2],
     )
+
+    # its start, or the tractions of the step before
     numbers = [member.number for member in members]
-    start = None if near is None else near.on(problem, numbers, [vx, vy], step)
+    vx, vy, _ = arrays.creepage
+    start = None if near is None else near.on(problem, numbers, [vx, vy], arrays.step)
     if before is not None:
-        came = np.zeros_like(W)
+        carried = np.zeros_like(arrays.W)
         for j, number in enumerate(numbers):
-            own = before[number][0]
-            came[:, : own.shape[1], : own.shape[2], j] = own
-        came /= G
-        W -= shift_before(problem, came, kind.ahead)
-        start = came, np.zeros((2, len(members)))
-    with np.errstate(all="ignore"):  # what is beyond the range of numbers does not converge
+            traction = before[number][0]
+            carried[:, : traction.shape[1], : traction.shape[2], j] = traction
+        carried /= arrays.G
+        arrays.W[...] -= shift_before(problem, carried, kind.ahead)
+        start = carried, np.zeros((2, len(members)))
+
+    # its solution; numbers out of range do not converge
+    with np.errstate(all="ignore"):
         if kind.under_law:
-            found, part = _under_laws(problem, laws, step, tol, start)
+            solution, part = _under_laws(problem, laws, arrays.step, tol, start)
             bound *= part
         else:
-            found = solve_batch(problem, tol, start)
-        traction = found.traction * G
-        Fx, Fy = traction.sum(axis=(1, 2)) * area
-        rigid = np.where(np.isnan(given), 0.0, found.rigid)
-        work = (bound * np.hypot(*(W + rigid[:, None, None]))).sum(axis=(0, 1)) * area
-    contact = (bound > 0).sum(axis=(0, 1))
-    slipping = (found.slip > 0).sum(axis=(0, 1))
-    counts = {"contact": contact, "stick": contact - slipping, "slip": slipping}
-    figures: Figures = {
-        "Fx": Fx,
-        "Fy": Fy,
-        "Mz": (x * traction[1] - y[:, None] * traction[0]).sum(axis=(0, 1)) * area,
-        "vx": vx + rigid[0] / step,
-        "vy": vy + rigid[1] / step,
-        "spin": spin,
-        "max_pressure": share.max(axis=(0, 1)) * force / area,
-        "friction_work": found.dissipated * G * area,
-        "normal_force": force,
-        "approach": np.array([contact.approach for contact in contacts]),
-        "gap": found.relative_gap * work,
-        "relative_gap": found.relative_gap,
-        "residual": found.residual,
-        **counts,
-        **{f"{name}_area": count * area for name, count in counts.items()},
-        "iterations": found.iterations,
-    }
+            solution = solve_batch(problem, tol, start)
+        figures = _figures(members, arrays, bound, solution)
     if kind.difference is not None:
         figures["friction_work"] = _power(figures)
-    solved = found.converged & (contact > 0) & np.isfinite(Fx + Fy)
-    for j in np.flatnonzero(solved).tolist() if kept is not None else ():
-        assert kept is not None
-        ny, nx = members[j].shape
-        kept[members[j].number] = traction[:, :ny, :nx, j], bound[:ny, :nx, j], x[:nx, j], y[:ny, j]
+    solved = solution.converged & (figures["contact"] > 0)
+    solved &= np.isfinite(figures["Fx"] + figures["Fy"])
+    if kept is not None:
+        traction = solution.traction * arrays.G
+        for j in np.flatnonzero(solved).tolist():
+            ny, nx = members[j].shape
+            fields = traction[:, :ny, :nx, j], bound[:ny, :nx, j]
+            kept[members[j].number] = *fields, arrays.x[:nx, j], arrays.y[:ny, j]
     return figures, solved
+
+
+def _figures(
+    members: list[_Member], arrays: _Arrays, bound: np.ndarray, solution: BatchedSolution
+) -> Figures:
+    traction = solution.traction * arrays.G
+    area = arrays.area
+    Fx, Fy = traction.sum(axis=(1, 2)) * area
+    Mz = (arrays.x * traction[1] - arrays.y[:, None] * traction[0]).sum(axis=(0, 1)) * area
+    rigid = np.where(np.isnan(arrays.prescribed), 0.0, solution.rigid)
+    slip = np.hypot(*(arrays.W + rigid[:, None, None]))
+    work = (bound * slip).sum(axis=(0, 1)) * area
+    contact = (bound > 0).sum(axis=(0, 1))
+    slipping = (solution.slip > 0).sum(axis=(0, 1))
+    counts = {"contact": contact, "stick": contact - slipping, "slip": slipping}
+    vx, vy, spin = arrays.creepage
+    return {
+        "Fx": Fx,
+        "Fy": Fy,
+        "Mz": Mz,
+        "vx": vx + rigid[0] / arrays.step,
+        "vy": vy + rigid[1] / arrays.step,
+        "spin": spin,
+        "max_pressure": arrays.share.max(axis=(0, 1)) * arrays.force / area,
+        "friction_work": solution.dissipated * arrays.G * area,
+        "normal_force": arrays.force,
+        "approach": np.array([each.hertz.approach for each in members]),
+        "gap": solution.relative_gap * work,
+        "relative_gap": solution.relative_gap,
+        "residual": solution.residual,
+        **counts,
+        **{f"{name}_area": count * area for name, count in counts.items()},
+        "iterations": solution.iterations,
+    }
 
 
 def _under_laws(
@@ -568,30 +635,37 @@ def _under_laws(
     tol: float,
     start: tuple[np.ndarray, np.ndarray] | None,
 ) -> tuple[BatchedSolution, np.ndarray]:
-    """Passes from the static coefficients of laws, each with those of the slip before, and the
-    parts of these left.
+    """Passes from the static coefficients of laws, each with those of the slip before; and parts
+    of the static ones at the end. `step` is the shift of unit slip.
 
-    See `friction_law`, which those that do not settle are left to. `step` is the shift of unit
-    slip.
+    See `friction_law`, which solves those that do not converge.
     """
-    whole = BatchedSolution.unsolved(problem)
+    solution = BatchedSolution.unsolved(problem)
     part = np.ones_like(problem.bound)
     left = np.arange(len(laws))
     for _ in range(PASSES_MAX):
+        # tractions under the coefficients of the pass before
         of_left = problem.of(left)
-        pressed = of_left.bound
-        found = solve_batch(replace(of_left, bound=pressed * part[..., left]), tol, start)
-        own = [laws[k](found.slip[..., j] / step[k]) / laws[k].static for j, k in enumerate(left)]
-        change = np.where(found.slip > 0, np.stack(own, axis=-1) - part[..., left], 0.0)
-        off = np.abs(change * pressed).max(axis=(0, 1)) / np.hypot(*found.traction).max(axis=(0, 1))
-        settled = replace(
-            found, residual=np.fmax(found.residual, off), converged=found.converged & (off <= tol)
+        static_bound = of_left.bound
+        iterate = solve_batch(replace(of_left, bound=static_bound * part[..., left]), tol, start)
+
+        # the coefficients of their slip
+        own = [laws[k](iterate.slip[..., j] / step[k]) / laws[k].static for j, k in enumerate(left)]
+        change = np.where(iterate.slip > 0, np.stack(own, axis=-1) - part[..., left], 0.0)
+        excess = np.abs(change * static_bound).max(axis=(0, 1))
+        residual = excess / np.hypot(*iterate.traction).max(axis=(0, 1))
+        judged = replace(
+            iterate,
+            residual=np.fmax(iterate.residual, residual),
+            converged=iterate.converged & (residual <= tol),
         )
-        whole.put(left, settled)
-        goes_on = found.converged & (off > tol)
+        solution.put(left, judged)
+
+        # those that go on
+        goes_on = iterate.converged & (residual > tol)
         left = left[goes_on]
         if not left.size:
             break
         part[..., left] += change[..., goes_on]
-        start = found.traction[..., goes_on], found.rigid[:, goes_on]
-    return whole, part
+        start = iterate.traction[..., goes_on], iterate.rigid[:, goes_on]
+    return solution, part

@@ -70,7 +70,7 @@ def with_coefficients(
                 f"a Solution of shape {start.grid.shape}",
                 f"on a grid of shape {grid.shape}",
             )
-        friction = _known(law, start)
+        friction = _of_slip(law, start)
     else:
         friction = np.full(grid.shape, law.kinetic if start == "slip" else law.static)
     return replace(state.under(friction=friction), branch=branch_of(start))
@@ -81,12 +81,15 @@ def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
     these.
     """
     assert state.friction is not None
-    law, (shift, areas) = _law(disc), shift_and_areas(disc, state)
+    law = _law(disc)
+    shift, areas = shift_and_areas(disc, state)
     slip = np.hypot(*shift) * (areas == SLIP) / unit_slip(disc)
     own, rest = _own(disc, state, slip)
     if law.memory_distance > 0:
         return _with_memory(disc, state, own, rest, slip)
-    return own if law.local else np.where(areas == SLIP, own, state.friction)
+    if law.local:
+        return own
+    return np.where(areas == SLIP, own, state.friction)
 
 
 def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
@@ -99,23 +102,19 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     """
     law = _law(disc)
     if law.memory_distance > 0:
-        known = disc.loading.coefficient if state.friction is None else state.friction
-        shift, areas = shift_and_areas(disc.under(friction=np.asarray(known)), state)
+        friction = disc.loading.coefficient if state.friction is None else state.friction
+        shift, areas = shift_and_areas(disc.under(friction=np.asarray(friction)), state)
         slip = np.hypot(*shift) * (areas == SLIP) / unit_slip(disc)
         return _with_memory(disc, state, *_own(disc, state, slip), slip)
     shift, _ = shift_and_areas(disc, replace(state, slips=None))
-    moved = shift / own_influence(disc)
+    change = shift / own_influence(disc)
     own, static = _own(disc, state, np.hypot(*shift) / unit_slip(disc))
-    trial = (state.traction - moved).reshape(2, -1)
-    size = magnitude(moved.reshape(2, -1))
-    beyond = (
-        magnitude(trial)
-        > (static * state.pressure).ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
-    )
-    nearer = (
-        magnitude(state.traction.reshape(2, -1) - project(trial, (own * state.pressure).ravel()))
-        < size
-    )
+    trial = (state.traction - change).reshape(2, -1)
+    static_bound = (static * state.pressure).ravel()
+    beyond = magnitude(trial) > static_bound * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
+    projected = project(trial, (own * state.pressure).ravel())
+    off_law = magnitude(state.traction.reshape(2, -1) - projected)
+    nearer = off_law < magnitude(change.reshape(2, -1))
     return np.where((beyond | nearer).reshape(own.shape), own, static)
 
 
@@ -123,7 +122,7 @@ def branch_of(start: str | Solution | None) -> str:
     return "solution" if isinstance(start, Solution) else start or "stick"
 
 
-def remembered(
+def carried_coefficients(
     disc: Discretisation, before: Solution, heated: Sequence[Heat] = ()
 ) -> np.ndarray | None:
     """The coefficients (ny, nx) that particles bring along into a step of a history; None without a
@@ -138,31 +137,32 @@ def remembered(
     if law is None:
         return None
     assert motion is not None
-    known, own = _coefficients(law, before)
-    whole, part = _way(disc)
+    # the coefficients at the place where particles come from
+    of_slip, of_particles = _coefficients(law, before)
+    whole, part = _passed(disc)
     if law.memory_distance > 0:
-        known = own
+        of_slip = of_particles
     fresh = None if law.local else law.static
-    near = further_along(own if whole == 0 else known, motion.rolls * whole, fresh)
-    came = (
-        near
-        if part == 0
-        else (1 - part) * near + part * further_along(known, motion.rolls * (whole + 1), fresh)
-    )
+    nearest = of_particles if whole == 0 else of_slip
+    carried = further_along(nearest, motion.rolls * whole, fresh)
+    if part != 0:
+        next_one = further_along(of_slip, motion.rolls * (whole + 1), fresh)
+        carried = (1 - part) * carried + part * next_one
     if law.memory_distance == 0 or disc.step is None:
-        return came
+        return carried
+
+    # after sliding on the way
     slip = np.where(before.state == SLIP, np.hypot(*before.slip), 0.0)
     temperature = None
     thermal = disc.loading.thermal
     if law.warm and thermal is not None:
-        rise = (
-            temperature_rise(heated, disc.grid.sides[0], thermal)
-            if heated
-            else np.zeros(disc.grid.shape)
-        )
+        rise = np.zeros(disc.grid.shape)
+        if heated:
+            rise = temperature_rise(heated, disc.grid.sides[0], thermal)
         temperature = rise + background(1.0, thermal)[0]
-    there = law.on(slip, temperature, before.pressure, *np.meshgrid(disc.grid.x, disc.grid.y))
-    return law.after(came, there, slip, disc.step * disc.scales.length)
+    places = np.meshgrid(disc.grid.x, disc.grid.y)
+    own = law.on(slip, temperature, before.pressure, *places)
+    return law.after(carried, own, slip, disc.step * disc.scales.length)
 
 
 def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
@@ -175,13 +175,13 @@ def weakening(disc: Discretisation, before: Solution | None, solution: Solution)
     law = _law(disc)
     left = np.asarray(disc.loading.coefficient)
     if law.memory_distance == 0 and not law.local:
-        left, (whole, part) = _known(law, solution), _way(disc)
+        left = _of_slip(law, solution)
+        whole, part = _passed(disc)
         if before is not None and whole == 0 and part > 0:
             _, own = _coefficients(law, before)
             left = np.where(solution.state == STICK, (1 - part) * own + part * law.static, left)
-    return np.clip(
-        (law.static - left) / max(law.static - law.kinetic, np.finfo(float).tiny), 0.0, 1.0
-    )
+    span = max(law.static - law.kinetic, np.finfo(float).tiny)
+    return np.clip((law.static - left) / span, 0.0, 1.0)
 
 
 def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
@@ -214,11 +214,13 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
         weights = image / np.abs(image).max()
     if ratio <= 1:
         return ""
-    short, least = ("a memory distance", memory) if by_memory < steepest else ("dq", dq)
+    below = f"dq of about {ratio * dq:.2g}"
+    if by_memory < steepest:
+        below = f"a memory distance of about {ratio * memory:.2g}"
     return (
-        f"friction falls fast with slip for so short a step: below {short} of about {ratio * least:.2g} particles may "
-        "stick and slip in turn, so that forces swing and depend on the start; take longer steps, a slower fall, a "
-        "longer memory or steady rolling"
+        f"friction falls fast with slip for so short a step: below {below} particles may "
+        "stick and slip in turn, so that forces swing and depend on the start; take longer steps, "
+        "a slower fall, a longer memory or steady rolling"
     )
 
 
@@ -236,36 +238,38 @@ def _own(
     In a history particles bring heat of earlier steps along.
     """
     law = _law(disc)
-    motion = disc.loading.motion
-    thermal = disc.loading.thermal
-    temperature = None
-    dx = disc.grid.sides[0]
-    before = disc.loading.previous_step
-    if law.warm:
-        density = (
-            friction_work(disc, state, shift_and_areas(disc, state)[0])
-            * disc.scales.pressure
-            / unit_slip(disc)
-        )
-        contact = state.pressure > 0
-        if isinstance(motion, Steady):
-            assert motion.speed is not None and thermal is not None
-            temperature = surface_temperatures(
-                density * motion.speed, contact, dx, motion.speed, thermal
-            )[0]
-        else:
-            assert isinstance(motion, TimeStep) and thermal is not None
-            rise = temperature_rise([Heat.of(density, contact, motion)], dx, thermal)
-            known = None if before is None else before.arrived.get(RISE)
-            temperature = (rise if known is None else rise + known) + background(1.0, thermal)[0]
+    temperature = _temperature(disc, state) if law.warm else None
     around = (
         temperature,
         state.pressure * disc.scales.pressure,
         *np.meshgrid(disc.grid.x, disc.grid.y),
     )
-    return law.on(slip, *around), law.on(0.0 * slip, *around) if law.local else np.full(
-        slip.shape, law.static
-    )
+    own = law.on(slip, *around)
+    if law.local:
+        return own, law.on(0.0 * slip, *around)
+    return own, np.full(slip.shape, law.static)
+
+
+def _temperature(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """Temperatures (ny, nx) of the surface at the friction work of a state."""
+    motion = disc.loading.motion
+    thermal = disc.loading.thermal
+    before = disc.loading.previous_step
+    dx = disc.grid.sides[0]
+    assert thermal is not None
+    shift, _ = shift_and_areas(disc, state)
+    density = friction_work(disc, state, shift) * disc.scales.pressure / unit_slip(disc)
+    contact = state.pressure > 0
+    if isinstance(motion, Steady):
+        assert motion.speed is not None
+        power = density * motion.speed
+        return surface_temperatures(power, contact, dx, motion.speed, thermal)[0]
+    assert isinstance(motion, TimeStep)
+    rise = temperature_rise([Heat.of(density, contact, motion)], dx, thermal)
+    carried = None if before is None else before.arrived.get(RISE)
+    if carried is not None:
+        rise = rise + carried
+    return rise + background(1.0, thermal)[0]
 
 
 def _with_memory(
@@ -275,7 +279,7 @@ def _with_memory(
     `rest` in stick.
 
     In steady rolling they come along their rows, at rest at first. In a step that rolls they are
-    `remembered`: problems of short steps would have several solutions under the slip at their end.
+    `carried_coefficients`: problems of short steps would have several solutions under the slip at their end.
     """
     law = _law(disc)
     motion = disc.loading.motion
@@ -283,41 +287,45 @@ def _with_memory(
     assert motion is not None
     remembers = (state.pressure > 0) | (not law.local)
     if disc.loading.steady:
-        found = rest.copy()
-        known = found[:, -1 if motion.rolls > 0 else 0]
-        for i in range(slip.shape[1])[:: -1 if motion.rolls > 0 else 1]:
-            after = law.after(known, own[:, i], slip[:, i], disc.grid.sides[0])
-            known = found[:, i] = np.where(remembers[:, i], after, rest[:, i])
-        return found
-    came = rest if before is None else before.arrived.get(FRICTION, rest)
-    return np.where(remembers, came if motion.rolls else law.after(came, own, slip, 1.0), rest)
+        columns = range(slip.shape[1])
+        if motion.rolls > 0:
+            columns = columns[::-1]
+        along = rest.copy()
+        coefficients = along[:, columns[0]]
+        for i in columns:
+            after = law.after(coefficients, own[:, i], slip[:, i], disc.grid.sides[0])
+            coefficients = along[:, i] = np.where(remembers[:, i], after, rest[:, i])
+        return along
+    carried = rest if before is None else before.arrived.get(FRICTION, rest)
+    if not motion.rolls:
+        carried = law.after(carried, own, slip, 1.0)
+    return np.where(remembers, carried, rest)
 
 
-def _known(law: Law, solution: Solution) -> np.ndarray:
+def _of_slip(law: Law, solution: Solution) -> np.ndarray:
     """The coefficients of a solution where it slips, the static one where it sticks."""
-    known = np.hypot(*solution.traction) / np.where(
-        solution.pressure > 0, solution.pressure, np.inf
-    )
-    known = np.clip(known, law.kinetic, law.static) if law.continuous else law.kinetic
-    return np.where(solution.state == SLIP, known, law.static)
+    if not law.continuous:
+        return np.where(solution.state == SLIP, law.kinetic, law.static)
+    pressure = np.where(solution.pressure > 0, solution.pressure, np.inf)
+    ratio = np.clip(np.hypot(*solution.traction) / pressure, law.kinetic, law.static)
+    return np.where(solution.state == SLIP, ratio, law.static)
 
 
 def _coefficients(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
-    """Those of the particles that slip, static elsewhere; and with what elements that stick
-    remember.
+    """Coefficients of the particles that slip, static elsewhere; and with those that particles in
+    stick had before.
     """
-    known = _known(law, solution)
+    of_slip = _of_slip(law, solution)
     if solution.weakening is None:
-        return known, known
+        return of_slip, of_slip
     own = law.static - solution.weakening * (law.static - law.kinetic)
-    return known, np.where(
-        solution.state == SLIP if law.local else solution.state != STICK, known, own
-    )
+    slipping = solution.state == SLIP if law.local else solution.state != STICK
+    return of_slip, np.where(slipping, of_slip, own)
 
 
-def _way(disc: Discretisation) -> tuple[int, float]:
-    """Elements that particles pass in a step, and the weight of the next one at the point from
-    where they come.
+def _passed(disc: Discretisation) -> tuple[int, float]:
+    """Elements that particles pass in a step, and the weight of the next one at the point that they
+    come from.
 
     A displacement at a point between two centres is the sum of those at the centres, with weights
     that are exact for tractions on these two elements.
@@ -328,12 +336,10 @@ def _way(disc: Discretisation) -> tuple[int, float]:
     whole, rest = divmod(round(disc.step / dx, 9), 1.0)
     if rest == 0:
         return int(whole), 0.0
-    pair = Operators(
-        replace(disc.lattice, nx=2, ny=None if disc.grid.line else 1), disc.operators.medium
-    )
-    at_centres, between = (
-        np.mean([table.table[i, i, 0] for i in (0, 1)], axis=0)
-        for table in (pair.tangential(), pair.carrying(rest * dx))
-    )
-    (_, own, other), (beyond, near, _) = at_centres, between
+    two_elements = replace(disc.lattice, nx=2, ny=None if disc.grid.line else 1)
+    pair = Operators(two_elements, disc.operators.medium)
+    at_centres = pair.tangential()
+    between = pair.carrying(rest * dx)
+    _, own, other = np.mean([at_centres.table[i, i, 0] for i in (0, 1)], axis=0)
+    beyond, near, _ = np.mean([between.table[i, i, 0] for i in (0, 1)], axis=0)
     return int(whole), float((beyond * own - near * other) / ((near + beyond) * (own - other)))

@@ -21,7 +21,7 @@ from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.on_grid import solve_contact
 from varcontact.solving.options import SolveOptions
-from varcontact.solving.time_step import largest_contacts, marching_on
+from varcontact.solving.time_step import largest_contacts, time_stepping
 from varcontact.solving.verify import with_verified_steps
 from varcontact.system.process import need
 
@@ -66,7 +66,7 @@ def _solved(
     """The history with the steps that are not solved yet."""
     scene = history.scene
     count = history.scene.motion.steps
-    march = marching_on(scene, history.grid, solver)
+    march = time_stepping(scene, history.grid, solver)
     start = march.start()
     before = start if len(history) == 0 else history[-1]
     heated = [*heat_before(start), *map(heat_of, history)] if scene.warm else []

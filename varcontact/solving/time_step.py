@@ -38,11 +38,11 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.friction_law import remembered, stick_slip_warning
+from varcontact.solving.friction_law import carried_coefficients, stick_slip_warning
 from varcontact.solving.on_grid import finish
 from varcontact.system.process import need
 
-REMEMBERED = 24.0
+RELAXATION_TIMES = 24.0
 """Relaxation times after which tractions of the past count no longer."""
 
 
@@ -68,20 +68,17 @@ def largest_contacts(scene: Scene[Transient]) -> list[Scene]:
         key = (id(surface), force is None)
         if force == 0 or (key in largest and largest[key][0] >= load):
             continue
+        loaded: dict[str, Any] = {"normal_force": force, "approach": approach, "surface": surface}
         with suppress(NoContact):
-            largest[key] = (
-                load,
-                replace(scene, normal_force=force, approach=approach, surface=surface, **bare),
-            )
+            largest[key] = load, replace(scene, **loaded, **bare)
     if not largest:
-        raise NoContact(
-            "motion", "no load in any step", "a history in which the bodies touch once at least"
-        )
-    return [still for _, still in largest.values()]
+        allowed = "a history in which the bodies touch once at least"
+        raise NoContact("motion", "no load in any step", allowed)
+    return [frictionless for _, frictionless in largest.values()]
 
 
-def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> March:
-    """The march of a history on its explicit grid, in the scales of the first of its
+def time_stepping(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> TimeStepping:
+    """The steps of a history on its explicit grid, in the scales of the first of its
     `largest_contacts`.
 
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit
@@ -90,35 +87,48 @@ def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> M
     disc = discretise(replace(largest_contacts(scene)[0], grid=grid), grid)
     scales = replace(disc.scales, pressure=float(2.0 ** np.round(np.log2(disc.scales.pressure))))
     if not scene.bodies.relaxes:
-        return March(scene, replace(disc, scales=scales), solver)
-    length = scales.length
-    depth = scene.reference_depth
-    time = scene.bodies.longest_relaxation
-    least = max(length, _rolled_within(scene.motion, time, grid))
-    if depth is not None and depth < least:
-        allowed = f"at least the grid's length, and what is rolled in the longest relaxation time: {least:.6g}"
-        raise SceneError("surface.reference_depth", depth, allowed)
-    depth = FREE_DEPTH * least if depth is None else depth
-    # relaxation lengths then are times
-    medium = medium_of(scene.bodies, length, depth / length, speed=length)
+        return TimeStepping(scene, replace(disc, scales=scales), solver)
     disc = replace(
         disc, bodies=scene.bodies, scales=replace(scales, modulus=scene.bodies.combined_G)
     )
-    columns = 1 + math.ceil(_rolled_within(scene.motion, REMEMBERED * time, grid) / grid.sides[0])
-    known = getattr(scene.motion.start, "memory", None)
-    columns += 0 if known is None else max(0, known.shape[-1] - grid.nx) // 2
+    return _viscoelastic(scene, disc, solver)
+
+
+def _viscoelastic(
+    scene: Scene[Transient], disc: Discretisation, solver: ContactSolver
+) -> TimeStepping:
+    """The steps of viscoelastic bodies, with columns around the grid for tractions of the past."""
+    grid = disc.grid
+    length = disc.scales.length
+    depth = scene.reference_depth
+    time = scene.bodies.longest_relaxation
+    depth_min = max(length, _rolled_within(scene.motion, time, grid))
+    if depth is None:
+        depth = FREE_DEPTH * depth_min
+    elif depth < depth_min:
+        rolled = "what is rolled in the longest relaxation time"
+        allowed = f"at least the grid's length, and {rolled}: {depth_min:.6g}"
+        raise SceneError("surface.reference_depth", depth, allowed)
+    # relaxation lengths then are times
+    medium = medium_of(scene.bodies, length, depth / length, speed=length)
     assert isinstance(medium, ViscoelasticMedium)
+
+    # the columns, and their memory
+    rolled_in_memory = _rolled_within(scene.motion, RELAXATION_TIMES * time, grid)
+    columns = 1 + math.ceil(rolled_in_memory / grid.sides[0])
+    start = scene.motion.start
+    if start is not None and start.memory is not None:
+        columns += max(0, start.memory.shape[-1] - grid.nx) // 2
     rows = grid.rows + 2
     numbers = 8 * 3 * scene.motion.steps * len(medium.lagging)
-    each = table_bytes(rows, grid.nx + 2 * columns, 9) + numbers * rows * (grid.nx + 2 * columns)
-    need("what viscoelastic bodies remember", each, "longer elements or steps, or fewer, need less")
-    disc = replace(
-        disc,
-        operators=Operators(
-            disc.lattice, medium_on(scene, grid, length, depth / length, speed=length)
-        ),
+    wide = grid.nx + 2 * columns
+    taken = table_bytes(rows, wide, 9) + numbers * rows * wide
+    need(
+        "what viscoelastic bodies remember", taken, "longer elements or steps, or fewer, need less"
     )
-    return March(scene, disc, solver, columns, medium.lagging)
+    on_lattice = medium_on(scene, grid, length, depth / length, speed=length)
+    disc = replace(disc, operators=Operators(disc.lattice, on_lattice))
+    return TimeStepping(scene, disc, solver, columns, medium.lagging)
 
 
 def _rolled_within(motion: Transient, time: float, grid: Grid) -> float:
@@ -130,12 +140,12 @@ def _rolled_within(motion: Transient, time: float, grid: Grid) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class March:
-    """What all steps share: the scene, the grid and its scales, the operators, the methods.
+class TimeStepping:
+    """The scene, the grid and its scales, the operators and the methods that all steps share.
 
-    What particles of viscoelastic bodies remember is known on so many more columns on either side
-    of the grid. A step takes nothing but the solution before it, as it is in physical units: a
-    history that goes on from its file is the same, bit for bit, as one that was not interrupted.
+    Past tractions of viscoelastic bodies are known on `columns` more on either side of the grid. A
+    step takes nothing but the solution before it, as it is in physical units: a history that goes
+    on from its file is the same, bit for bit, as one that was not interrupted.
     """
 
     scene: Scene[Transient]
@@ -145,41 +155,24 @@ class March:
     lagging: tuple[Lagging, ...] = ()
 
     def start(self) -> Solution | None:
-        """What the first step goes on from; a `SceneError` refuses another grid, if it is not to be
-        interpolated.
+        """The solution before the first step; a `SceneError` refuses one on another grid, if it is
+        not to be interpolated.
         """
-        motion = self.scene.motion
-        grid = self.disc.grid
-        start = motion.start
+        start = self.scene.motion.start
         if start is None:
             return None
-        relaxes = self.scene.bodies.relaxes
+        grid = self.disc.grid
         memory = start.memory
-        # what particles bring along is known on the start's own grid
-        alone = relaxes or start.plastic is not None
-        if relaxes and (memory is None or start.scene.bodies != self.scene.bodies):
-            allowed = (
-                "a step of a history of these viscoelastic bodies: else their past is not known"
-            )
-            raise SceneError("motion.start", type(start.motion).__name__, allowed)
+        if self.scene.bodies.relaxes:
+            self._check_past(start)
         size = max(abs(side) for side in grid.box)
-        if start.grid.shape == grid.shape and np.allclose(
-            start.grid.box, grid.box, rtol=0, atol=1e-9 * size
-        ):
-            more = 0 if memory is None else self.columns - (memory.shape[-1] - grid.nx) // 2
-            return (
-                start
-                if memory is None
-                else replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
-            )
-        if not motion.interpolate or start.grid.line != grid.line or alone:
-            remedy = "" if start.grid.line != grid.line or alone else ", or interpolate = True"
-            known, own = (
-                f"{each.nx} x {each.rows} elements over {tuple(float(f'{side:.6g}') for side in each.box)}"
-                for each in (start.grid, grid)
-            )
-            allowed = f"on the same grid as the history, {own}{remedy}"
-            raise SceneError("motion.start", f"a Solution on {known}", allowed)
+        same_box = np.allclose(start.grid.box, grid.box, rtol=0, atol=1e-9 * size)
+        if start.grid.shape == grid.shape and same_box:
+            if memory is None:
+                return start
+            more = self.columns - (memory.shape[-1] - grid.nx) // 2
+            return replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
+        self._check_interpolation(start)
         fields = interpolated(
             start.grid,
             np.concatenate([start.traction, [start.pressure, start.power_density]]),
@@ -188,6 +181,28 @@ class March:
         placed = {"traction": fields[:2], "pressure": fields[2], "power_density": fields[3]}
         placed |= {"state": sampled(start.grid, start.state, grid)}
         return replace(start, grid=grid, **placed, pressure_on_parts=None, weakening=None)
+
+    def _check_past(self, start: Solution) -> None:
+        if start.memory is None or start.scene.bodies != self.scene.bodies:
+            allowed = (
+                "a step of a history of these viscoelastic bodies: else their past is not known"
+            )
+            raise SceneError("motion.start", type(start.motion).__name__, allowed)
+
+    def _check_interpolation(self, start: Solution) -> None:
+        """Refuse a start on another grid where it is not asked for, or particles' memory is on the
+        start's own grid.
+        """
+        grid = self.disc.grid
+        on_own_grid = self.scene.bodies.relaxes or start.plastic is not None
+        if start.grid.line != grid.line or on_own_grid:
+            remedy = ""
+        elif not self.scene.motion.interpolate:
+            remedy = ", or interpolate = True"
+        else:
+            return
+        allowed = f"on the same grid as the history, {_described(grid)}{remedy}"
+        raise SceneError("motion.start", f"a Solution on {_described(start.grid)}", allowed)
 
     def step(
         self,
@@ -224,57 +239,70 @@ class March:
         particles bring along.
         """
         disc = self.disc
-        history = self.scene.motion
-        if history.control is None:
-            scene = self.scene.step(k, disc.grid)
-        else:
-            try:
-                given = history.control(k, before)
-            except Exception as error:  # the user's own code runs here
-                message = f"motion.control failed: {type(error).__name__}: {error}"
-                raise SceneError(
-                    "motion.control", k, "a function that works in every step", message=message
-                ) from error
-            alone = history.alone(k, disc.grid.sides[0], given)
-            scene = replace(self.scene, motion=alone).step(0, disc.grid)
+        scene = self._scene_of_step(k, before)
         motion = scene.motion
         if before is None:
             return scene, disc.at_step(scene, None)
-        fields = (
-            before.traction
-            if disc.K == 0
-            else np.concatenate([before.traction, before.pressure[None]])
-        )
+        fields = before.traction
+        if disc.K != 0:
+            fields = np.concatenate([before.traction, before.pressure[None]])
         if before.memory is None and before.plastic is None and not (heated or fields.any()):
             return scene, disc.at_step(scene, None)
         distance = motion.direction * motion.dq / disc.scales.length
         force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
         fields = fields / disc.scales.pressure
-        came = PreviousStep(disc.operators.at_once.carrying(distance).apply(fields), force, fields)
+        displacement = disc.operators.at_once.carrying(distance).apply(fields)
+        carried = PreviousStep(displacement, force, fields)
         if before.memory is not None:
-            came = self._with_memory(came, motion, before)
-        step = disc.at_step(scene, came)
+            carried = self._with_memory(carried, motion, before)
+        step = disc.at_step(scene, carried)
+        arrived = self._arrived(step, motion, before, heated)
+        return scene, step.with_loading(previous_step=replace(carried, arrived=arrived))
+
+    def _scene_of_step(self, k: int, before: Solution | None) -> Scene:
+        """Step k by itself, with the motion that a control gives it."""
+        grid = self.disc.grid
+        motion = self.scene.motion
+        if motion.control is None:
+            return self.scene.step(k, grid)
+        try:
+            changes = motion.control(k, before)
+        except Exception as error:  # the user's own code runs here
+            message = f"motion.control failed: {type(error).__name__}: {error}"
+            raise SceneError(
+                "motion.control", k, "a function that works in every step", message=message
+            ) from error
+        alone = motion.alone(k, grid.sides[0], changes)
+        return replace(self.scene, motion=alone).step(0, grid)
+
+    def _arrived(
+        self, step: Discretisation, motion: TimeStep, before: Solution, heated: Sequence[Heat]
+    ) -> dict[str, np.ndarray]:
+        """Fields of the interface that particles bring along: friction, those of a layer, heat."""
         arrived: dict[str, np.ndarray] = {}
-        friction = remembered(step, before, heated)
+        friction = carried_coefficients(step, before, heated)
         if friction is not None:
             arrived[FRICTION] = friction
         if before.plastic is not None and step.loading.layer is not None:
             left = carried_fields(before, step)
-            arrived |= {
-                each.name: arriving(step, left[each.name], each.fresh)
-                for each in step.loading.layer.carried
-            }
-        if heated and disc.loading.thermal is not None:
-            nothing = np.zeros(disc.grid.shape)
+            for each in step.loading.layer.carried:
+                arrived[each.name] = arriving(step, left[each.name], each.fresh)
+        thermal = self.disc.loading.thermal
+        if heated and thermal is not None:
+            nothing = np.zeros(self.disc.grid.shape)
             path = [*heated, Heat.of(nothing, nothing > 0, motion)]
-            arrived[RISE] = temperature_rise(path, disc.grid.sides[0], disc.loading.thermal)
-        return scene, step.with_loading(previous_step=replace(came, arrived=arrived))
+            arrived[RISE] = temperature_rise(path, self.disc.grid.sides[0], thermal)
+        return arrived
 
-    def _with_memory(self, came: PreviousStep, motion: TimeStep, before: Solution) -> PreviousStep:
-        """What a step finds, with the displacements of viscoelastic bodies by tractions of the
+    def _with_memory(
+        self, carried: PreviousStep, motion: TimeStep, before: Solution
+    ) -> PreviousStep:
+        """The step before, with the displacements of viscoelastic bodies by tractions of the
         past.
         """
-        disc, ahead, (ny, nx) = self.disc, self.columns, self.disc.grid.shape
+        disc = self.disc
+        ahead = self.columns
+        ny, nx = disc.grid.shape
         operators = disc.operators
         pressure = disc.scales.pressure
         passed = motion.direction * motion.dq / disc.grid.sides[0]
@@ -282,27 +310,27 @@ class March:
         inside = slice(0, 1) if disc.grid.line else slice(1, -1), slice(ahead, ahead + nx)
         around = 2, slice(None), slice(ahead - 1, ahead + nx + 1)
         left = operators.at_once.every.apply(self._wide(before)[:, *inside] / pressure)[:2]
-        displacement = came.displacement
+        displacement = carried.displacement
         distance = np.zeros(1)
-        force = came.force
-        follows = 1.0
+        force = carried.force
+        stiffness = 1.0
         kept = self._kept(motion, before)
         for each, gone, stays in zip(self.lagging, before.memory - kept, kept, strict=True):
-            every, (_, _, new) = (
-                operators.of(each.medium, window).every,
-                relaxed((motion.dt or 0.0) / each.length),
-            )
-            fields = np.array([gone, moved(gone, passed), moved(stays, passed)]) * (
-                each.factor / pressure
-            )
-            gone_then, gone_now, known = (every.apply(field) for field in fields)
-            left = left + gone_then[:2, *inside]
-            displacement = displacement + gone_now[:2, *inside]
-            distance = distance + known[around]
-            follows = follows + each.factor * new
+            every = operators.of(each.medium, window).every
+            _, _, new = relaxed((motion.dt or 0.0) / each.length)
+            fields = np.array([gone, moved(gone, passed), moved(stays, passed)])
+            fields *= each.factor / pressure
+            left = left + every.apply(fields[0])[:2, *inside]
+            displacement = displacement + every.apply(fields[1])[:2, *inside]
+            distance = distance + every.apply(fields[2])[around]
+            stiffness = stiffness + each.factor * new
             force = force + fields[0, :2].sum(axis=(1, 2)) * disc.lattice.area
         return replace(
-            came, displacement=displacement, force=force / follows, left=left, distance=distance
+            carried,
+            displacement=displacement,
+            force=force / stiffness,
+            left=left,
+            distance=distance,
         )
 
     def _kept(self, motion: TimeStep, before: Solution) -> np.ndarray:
@@ -336,11 +364,9 @@ class March:
             size = math.hypot(motion.Fx or 0.0, motion.Fy or 0.0)
             if size > 0:
                 raise Saturated(size, 0.0)
-            level = (
-                0.0
-                if scene.approach is None
-                else (scene.approach - disc.base) / disc.scales.displacement
-            )
+            level = 0.0
+            if scene.approach is not None:
+                level = (scene.approach - disc.base) / disc.scales.displacement
             exact = Certificate(
                 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3))
             )
@@ -364,10 +390,10 @@ class March:
         solution = finish(scene, disc, state, steps, before)
         if not steps.plan.has_friction:
             return solution
-        found = [long_step_warning(solution)]
+        sentences = [long_step_warning(solution)]
         if disc.loading.law is not None:
-            found.append(stick_slip_warning(disc, state))
-        return replace(solution, warnings=(*solution.warnings, *filter(None, found)))
+            sentences.append(stick_slip_warning(disc, state))
+        return replace(solution, warnings=(*solution.warnings, *filter(None, sentences)))
 
 
 def long_step_warning(solution: Solution) -> str:
@@ -383,9 +409,16 @@ def long_step_warning(solution: Solution) -> str:
     if motion.dq <= LONG_STEP * dx or not np.any(solution.state == STICK):
         return ""
     return (
-        f"steps of dq = {motion.dq:.4g} are longer than an element of {dx:.4g}: where the surfaces stick, tractions go "
-        f"up and down along x with the period dq, while forces hardly change; take dq = {_below(dx):.4g} or less"
+        f"steps of dq = {motion.dq:.4g} are longer than an element of {dx:.4g}: where the surfaces "
+        "stick, tractions go up and down along x with the period dq, while forces hardly change; "
+        f"take dq = {_below(dx):.4g} or less"
     )
+
+
+def _described(grid: Grid) -> str:
+    """The grid as an error names it."""
+    box = tuple(float(f"{side:.6g}") for side in grid.box)
+    return f"{grid.nx} x {grid.rows} elements over {box}"
 
 
 def _below(value: float) -> float:
@@ -413,19 +446,24 @@ def initial_state(
     if motion.rolls and getattr(was, "rolls", 0):
         prescribed = [motion.Fx is not None, motion.Fy is not None]
         rigid = np.where(prescribed, np.nan_to_num(before.creepage[:2]) * unit_slip(disc), 0.0)
-    approach = (
-        (before.approach - disc.base) / scales.displacement if np.isfinite(before.approach) else 0.0
-    )
+    approach = 0.0
+    if np.isfinite(before.approach):
+        approach = (before.approach - disc.base) / scales.displacement
     if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
         traction = np.zeros_like(traction)
     state = ContactState(before.pressure / scales.pressure, approach, traction, rigid)
-    came = disc.loading.previous_step
-    known = remembered(disc, before) if came is None else came.arrived.get(FRICTION)
-    return state if known is None else replace(state.under(friction=known), branch="history")
+    previous = disc.loading.previous_step
+    if previous is None:
+        friction = carried_coefficients(disc, before)
+    else:
+        friction = previous.arrived.get(FRICTION)
+    if friction is None:
+        return state
+    return replace(state.under(friction=friction), branch="history")
 
 
 def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1)) -> bool:
-    """Whether a step has no contact: no load, or an approach at which no element's centre is in
+    """True if a step has no contact: no load, or an approach at which no element's centre is in
     contact.
     """
     if disc.loading.approach is None:

@@ -25,7 +25,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.friction_law import coefficient
-from varcontact.solving.time_step import March, marching_on, without_load
+from varcontact.solving.time_step import TimeStepping, time_stepping, without_load
 from varcontact.system.files import reading
 from varcontact.system.process import one_blas_thread
 
@@ -102,11 +102,11 @@ def with_verified_steps(stored: Stored) -> Stored:
     """A history's file whose steps are verified when they are read."""
 
     @cache
-    def march() -> March:
+    def march() -> TimeStepping:
         solver = ContactSolver(
             stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats()
         )
-        return marching_on(stored.scene, stored.grid, solver)
+        return time_stepping(stored.scene, stored.grid, solver)
 
     heat = cache(lambda k: heat_of(stored[k]))
 
