@@ -68,8 +68,8 @@ class Way:
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-    ...     motion=vc.Steady(vx=0.1))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...     friction=0.3, motion=vc.Steady(vx=0.1))
     >>> way = Way(cells=16, edge="touched", coarser=8)
     >>> print(way, f"{answer(scene, way).values['Fx'] / 0.3:.3f}")
     touched 8 + 16 -0.880
@@ -88,19 +88,11 @@ class Way:
     accuracy: float | None = None
 
     def __post_init__(self) -> None:
-        for field, example in (
-            ("motion", '(("spin_offset", 0.0),)'),
-            ("options", '(("tangential", "fastsim"),)'),
-        ):
-            given = getattr(self, field)
-            pairs = isinstance(given, tuple) and all(
-                isinstance(each, tuple) and len(each) == 2 for each in given
-            )
-            if not (pairs and all(isinstance(name, str) for name, _ in given)):
-                raise SceneError(field, given, f"pairs of a name and a value, as {example}")
-        found = [name for name, _ in self.options if name in ("accuracy", "time_budget")]
-        if found:
-            raise SceneError("options", found[0], "left out: give it as the accuracy of the way")
+        _check_pairs("motion", self.motion, '(("spin_offset", 0.0),)')
+        _check_pairs("options", self.options, '(("tangential", "fastsim"),)')
+        for name, _ in self.options:
+            if name in ("accuracy", "time_budget"):
+                raise SceneError("options", name, "left out: give it as the accuracy of the way")
         if self.accuracy is not None:
             checks.positive("accuracy", self.accuracy)
             of_a_grid = (self.cells, self.along, self.edge, self.coarser, self.order, self.motion)
@@ -117,11 +109,13 @@ class Way:
 
     @property
     def family(self) -> str:
-        """What it has in common with the same way on other grids."""
-        given = [
-            (name, value) for name, value in (*self.motion, *self.options) if value is not None
-        ]
-        parts = [value if isinstance(value, str) else f"{name} = {value}" for name, value in given]
+        """Words that are the same for the way on other grids."""
+        parts = []
+        for name, value in (*self.motion, *self.options):
+            if isinstance(value, str):
+                parts.append(value)
+            elif value is not None:
+                parts.append(f"{name} = {value}")
         if self.accuracy is not None:
             return ", ".join(["accuracy", *parts])
         if "tangential" not in dict(self.options):
@@ -135,13 +129,17 @@ class Way:
     def __str__(self) -> str:
         if self.accuracy is not None:
             return f"{self.family} {self.accuracy:g}"
-        cells = f"{self.coarser} + {self.cells}" if self.coarser else f"{self.cells}"
+        cells = f"{self.cells}"
+        if self.coarser:
+            cells = f"{self.coarser} + {self.cells}"
         name = self.family.replace(f", extrapolated{self._by_order}", "")
         return f"{name} {cells}{self._by_order}"
 
     @property
     def _by_order(self) -> str:
-        return f" by order {self.order:g}" if self.coarser and self.order != 1.0 else ""
+        if not self.coarser or self.order == 1.0:
+            return ""
+        return f" by order {self.order:g}"
 
     def of(self, scene: Scene, cells: int) -> Scene:
         """The scene on the way's grid with a number of elements across; as it
@@ -154,9 +152,12 @@ class Way:
         """
         if self.accuracy is not None:
             return scene
-        along = STRIPS * cells if scene.line else max(2, round(self.along * cells))
         margin = given_grid(scene).margin
-        grid = Grid(nx=along, ny=None if scene.line else cells, margin=margin, edge=self.edge)
+        if scene.line:
+            grid = Grid(nx=STRIPS * cells, margin=margin, edge=self.edge)
+        else:
+            along = max(2, round(self.along * cells))
+            grid = Grid(nx=along, ny=cells, margin=margin, edge=self.edge)
         motion = scene.motion
         if isinstance(motion, Steady):
             motion = replace(motion, **dict(self.motion))
@@ -170,9 +171,8 @@ class Way:
         ----------
         scene : Scene
         """
-        why = why_centres(scene) if self.edge != "centres" else ""
-        if why:
-            return f"the edge {self.edge!r} {why}"
+        if self.edge != "centres" and why_centres(scene):
+            return f"the edge {self.edge!r} {why_centres(scene)}"
         if self.edge == "softened" and isinstance(scene.motion, Transient):
             return "the edge 'softened' is for steady rolling and shifts"
         if scene.frictionless and (
@@ -184,9 +184,19 @@ class Way:
         return ""
 
 
+def _check_pairs(field: str, pairs: object, example: str) -> None:
+    """Refuse what is no tuple of pairs of a name and a value."""
+    if not isinstance(pairs, tuple) or not all(map(_is_pair, pairs)):
+        raise SceneError(field, pairs, f"pairs of a name and a value, as {example}")
+
+
+def _is_pair(entry: object) -> bool:
+    return isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[0], str)
+
+
 @dataclass(frozen=True, eq=False)
 class Answered:
-    """What a way found."""
+    """Values and solutions of a way."""
 
     # as `varcontact.results.quantities_of_interest.values` names them; extrapolated, if the way
     # does so

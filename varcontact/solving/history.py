@@ -25,8 +25,10 @@ from varcontact.solving.time_step import largest_contacts, time_stepping
 from varcontact.solving.verify import with_verified_steps
 from varcontact.system.process import need
 
-STEP_FIELDS, STEP_REST = 65.0, 1e4
-"""Bytes of a step in memory: by element, and for the rest."""
+STEP_BYTES_PER_ELEMENT = 65.0
+"""Bytes of a step in memory, per element."""
+STEP_BYTES = 1e4
+"""Bytes of a step in memory beside its fields."""
 
 
 def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
@@ -41,20 +43,19 @@ def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
         raise SceneError("motion.start", scene.motion.start, "a Solution")
     solver = replace(options.solver(scene), refined=True)
     settings = {"tol": solver.tol, "polish": solver.polish}
-    progress = options.progress
     if options.store is not None:
-        with Stored.recording(
-            file_name("store", options.store), scene, solver.plan, settings
-        ) as recording:
+        file = file_name("store", options.store)
+        with Stored.recording(file, scene, solver.plan, settings) as recording:
             stored = with_verified_steps(recording)
             grid = stored.grid if len(stored) else _grid(scene, solver)
-            return _solved(History(scene, grid, stored, settings), stored.put, solver, progress)
-    spec = wanted_grid(scene)
+            history = History(scene, grid, stored, settings)
+            return _solved(history, stored.put, solver, options.progress)
+    grid = wanted_grid(scene)
+    taken = bytes_of_steps(scene.motion, grid.nx * grid.rows)
+    need("the history in memory", taken, "with store = a file, the steps are kept there")
     steps = list[Solution]()
-    kept = bytes_of_steps(scene.motion, spec.nx * spec.rows)
-    need("the history in memory", kept, "with store = a file, the steps are kept there")
     history = History(scene, _grid(scene, solver), steps, settings)
-    return _solved(history, lambda _, step: steps.append(step), solver, progress)
+    return _solved(history, lambda _, step: steps.append(step), solver, options.progress)
 
 
 def _solved(
@@ -66,46 +67,49 @@ def _solved(
     """The history with the steps that are not solved yet."""
     scene = history.scene
     count = history.scene.motion.steps
-    march = time_stepping(scene, history.grid, solver)
-    start = march.start()
+    stepping = time_stepping(scene, history.grid, solver)
+    start = stepping.start()
     before = start if len(history) == 0 else history[-1]
     heated = [*heat_before(start), *map(heat_of, history)] if scene.warm else []
 
-    def tell(stage: str) -> None:
-        progress(f"{len(history)} of {count} steps{stage}")
+    def tell_stage(stage: str) -> None:
+        progress(f"{len(history)} of {count} steps: {stage}")
 
     try:
         for k in range(len(history), count):
             try:
-                tell("")
-                tell_stage = (lambda stage: tell(f": {stage}")) if solver.continuum else None
-                before = march.step(k, before, heated, tell_stage)
+                progress(f"{len(history)} of {count} steps")
+                before = stepping.step(k, before, heated, tell_stage if solver.continuum else None)
                 keep(k, before)
-                heated += [heat_of(before)] if scene.warm else []
+                if scene.warm:
+                    heated.append(heat_of(before))
             except VarcontactError as error:
                 raise error.in_step(k, history) from error.__cause__
             except KeyboardInterrupt:
                 raise Interrupted(history, f" after {len(history)} of {count} steps") from None
     finally:
-        march.disc.operators.forget()
+        stepping.disc.operators.forget()
     if scene.motion.control is None:
         return history
-    solved = [sol.scene for sol in history]  # with the numbers that the control gave
-    given: dict[str, Any] = {
-        name: [getattr(each, name) for each in solved] for name in ("normal_force", "approach")
-    }
-    given |= {
-        name: [getattr(each.motion, name) for each in solved]
-        for name in CONTROLLED.keys() - given.keys()
-    }
-    return replace(
-        history, scene=replace(scene, motion=replace(scene.motion, control=None, **given))
-    )
+    return _with_controlled(history)
+
+
+def _with_controlled(history: History) -> History:
+    """The history with the numbers that the control gave, in place of the control."""
+    scene = history.scene
+    scenes = [sol.scene for sol in history]
+    controlled: dict[str, Any] = {}
+    for name in ("normal_force", "approach"):
+        controlled[name] = [getattr(each, name) for each in scenes]
+    for name in CONTROLLED.keys() - controlled.keys():
+        controlled[name] = [getattr(each.motion, name) for each in scenes]
+    motion = replace(scene.motion, control=None, **controlled)
+    return replace(history, scene=replace(scene, motion=motion))
 
 
 def bytes_of_steps(motion: Transient, elements: int) -> float:
-    """About the memory that a history takes, on so many elements of the potential contact."""
-    return motion.steps * (STEP_FIELDS * elements + STEP_REST)
+    """About the memory that a history takes with a number of elements of the potential contact."""
+    return motion.steps * (STEP_BYTES_PER_ELEMENT * elements + STEP_BYTES)
 
 
 def _grid(scene: Scene[Transient], solver: ContactSolver) -> Grid:

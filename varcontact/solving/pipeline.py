@@ -45,21 +45,28 @@ from varcontact.system.process import SMALLER, fits, need
 
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer no active set improves."""
-TO_POLISH, TO_REFINE = (1e-2, 1e-4, 1e-6), (1e-6, 1e-8)
-"""Accuracies asked of a solver of programs, each where the one before did not do for active sets,
-and for splitting."""
-NEARLY_ROUNDED = 1e-9
+POLISH_TOLS = (1e-2, 1e-4, 1e-6)
+"""Accuracies asked of a solver of programs, each where the one before did not do for active sets."""
+REFINE_TOLS = (1e-6, 1e-8)
+"""The same for splitting."""
+POLISHED_TOL = 1e-9
 """Residual at which a polished answer is not improved any more."""
-MOST_STEPS = 2000
-IDLE_STEPS, NEARLY_STILL = 5, 1e-4
-"""A march ends when it hardly moves, relative to the largest traction, and has come no nearer in
-this many steps."""
+MARCH_STEPS_MAX = 2000
+"""Steps of a march at most."""
+IDLE_STEPS = 5
+"""Steps without gain after which a march ends that hardly moves."""
+IDLE_CHANGE = 1e-4
+"""Change in a step, relative to the largest traction, with which a march hardly moves."""
 
-PRODUCTS, DENSE, CVXPY = 900.0, 4.3, 5e-3
-"""Bytes of memory at the peak: of Newton's method without a matrix by unknown, with influence
-numbers and fields; of active sets in dense matrices of their unknowns, of which a program takes
-three times as many for each of its blocks; of CVXPY, which compiles the gap program, by the fourth
-power of the unknowns."""
+BYTES_MATRIX_FREE = 900.0
+"""Bytes of memory at the peak of Newton's method without a matrix, per unknown, with influence
+numbers and fields."""
+DENSE_MATRICES = 4.3
+"""Dense matrices at the peak of active sets; a program takes three times as many for each of its
+blocks."""
+BYTES_CVXPY = 5e-3
+"""Bytes at the peak of CVXPY, which compiles the gap program, by the fourth power of the
+unknowns."""
 
 NO_SLIP: TangentialSolver = counted("no-slip", lambda problem, settings, start: no_slip(problem))
 
@@ -89,8 +96,10 @@ class Task:
         def step(
             problem: TangentialProblem, settings: Settings, start: RawSolution | None
         ) -> RawSolution:
-            one = Task(problem, plan, False, settings, start)
-            return _refined(one) if plan.method == "convex" else one.solved(settings.tol)
+            of_step = Task(problem, plan, False, settings, start)
+            if plan.method == "convex":
+                return _refined(of_step)
+            return of_step.solved(settings.tol)
 
         return march(step, self.problem, settings, self.start)
 
@@ -102,19 +111,29 @@ def solve_problem(
     settings: Settings,
     start: RawSolution | None,
 ) -> RawSolution:
+    """The best answer of the attempts at a problem."""
     task = Task(problem, plan, polish, settings, start)
     if isinstance(problem, NormalProblem):
-        return _by_program(task) if states_programs(plan.normal) else task.solved(settings.tol)
+        if states_programs(plan.normal):
+            return _by_program(task)
+        return task.solved(settings.tol)
+    # active sets and Newton's method
     if problem.no_slip and plan.tangential not in MATRIX_FREE:
         return NO_SLIP(problem, settings, None)
     if not states_programs(plan.tangential):
-        raw = task.solved((1.0 if plan.tangential in MATRIX_FREE else UNPOLISHED) * settings.tol)
-        return raw if task.residual(raw) <= settings.tol else _fallback(task, raw)
+        tol = settings.tol
+        if plan.tangential not in MATRIX_FREE:
+            tol = UNPOLISHED * tol
+        raw = task.solved(tol)
+        if task.residual(raw) <= settings.tol:
+            return raw
+        return _fallback(task, raw)
+    # programs
     if settings.formulation != "gap" or problem.symmetric_part is not None:
         return _by_program(task)
     if plan.method == "convex" or not polish:
-        allowed = '"marching", or a longer motion.dq: the gap is not convex for elements so long and steps so short'
-        raise SceneError("formulation", "gap", allowed)
+        why = "the gap is not convex for elements so long and steps so short"
+        raise SceneError("formulation", "gap", f'"marching", or a longer motion.dq: {why}')
     raw = _active_sets(task, None)  # the certificate judges them
     return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
 
@@ -140,10 +159,10 @@ def _fallback(task: Task, best: RawSolution) -> RawSolution:
     by_program = replace(
         task, plan=replace(task.plan, tangential=program), settings=settings, start=None
     )
-    found = _polished(by_program, best)
-    if found is best:
+    polished = _polished(by_program, best)
+    if polished is best:
         return best
-    return replace(found, reason=f"{best.solver} missed the tolerance, {program} was used")
+    return replace(polished, reason=f"{best.solver} missed the tolerance, {program} was used")
 
 
 def march(
@@ -164,33 +183,39 @@ def march(
     """
     assert problem.instant is not None
     inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
-    at = start or RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
+    last = start or RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
     iterations = 0
     status = "MaxSteps"
     least = np.inf
     idle = 0
-    for _ in range(MOST_STEPS):
-        previous = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
-        shift = problem.rigid_shift - previous
+    for _ in range(MARCH_STEPS_MAX):
+        # a step, with u' = C p' of the step before
+        displacement = problem.instant.apply(last.traction) - problem.operator.apply(last.traction)
         step = replace(
-            problem, operator=problem.instant, rigid_shift=shift, symmetric=True, instant=None
+            problem,
+            operator=problem.instant,
+            rigid_shift=problem.rigid_shift - displacement,
+            symmetric=True,
+            instant=None,
         )
-        raw = solver(step, inner, at)
+        raw = solver(step, inner, last)
         iterations += raw.iterations
         if not raw.finite:
             status = raw.status
             break
-        change = float(np.abs(raw.traction - at.traction).max())
-        at = raw
+
+        # its gain; a solver that fails may give back its start, then nothing changes either
+        change = float(np.abs(raw.traction - last.traction).max())
+        last = raw
         residual = tangential_residual(problem, raw.traction, raw.rigid)
         idle = 0 if residual < least else idle + 1
         least = min(least, residual)
-        still = change <= NEARLY_STILL * float(np.abs(raw.traction).max())
-        if residual <= settings.tol or (still and idle >= IDLE_STEPS):  # the solver comes no nearer
-            # A solver that fails may give back its start: then nothing changes either.
+        still = change <= IDLE_CHANGE * float(np.abs(raw.traction).max())
+        if residual <= settings.tol or (still and idle >= IDLE_STEPS):
             status = "Steady" if residual <= settings.tol or raw.solved else raw.status
             break
-    return RawSolution(at.traction, at.rigid, iterations, status, status == "Steady", at.solver)
+    steady = status == "Steady"
+    return RawSolution(last.traction, last.rigid, iterations, status, steady, last.solver)
 
 
 def _by_program(task: Task) -> RawSolution:
@@ -225,7 +250,7 @@ def _refined(task: Task) -> RawSolution:
     """
     tol = task.settings.tol
     best = None
-    for accuracy in TO_REFINE:
+    for accuracy in REFINE_TOLS:
         answer = task.solved(max(accuracy, tol))
         best = better(task.problem, best, answer)
         if answer.finite and task.residual(best) > tol:
@@ -243,9 +268,9 @@ def _polished(task: Task, best: RawSolution | None) -> RawSolution:
     Near saturation they can be lost beside the solution, where almost nothing sticks: then they
     begin on their own.
     """
-    enough = min(task.settings.tol, NEARLY_ROUNDED)
+    enough = min(task.settings.tol, POLISHED_TOL)
     answer = best if task.start is None else task.start
-    for accuracy in TO_POLISH:
+    for accuracy in POLISH_TOLS:
         if best is not None and task.residual(best) <= enough:
             break
         answer = task.solved(accuracy)
@@ -280,11 +305,15 @@ def peak(method: str, formulation: str, unknowns: float) -> float:
     519 MiB
     """
     if method in MATRIX_FREE:
-        return PRODUCTS * unknowns
+        return BYTES_MATRIX_FREE * unknowns
     blocks = 2 if formulation in ("gap", "potential") else 1
-    matrices = DENSE * (3 * blocks if states_programs(method) else 1)
-    compiled = CVXPY * unknowns**4 if method.startswith("cvxpy:") and blocks == 2 else 0.0
-    return max(8 * matrices * unknowns**2, compiled)
+    matrices = DENSE_MATRICES
+    if states_programs(method):
+        matrices *= 3 * blocks
+    needed = 8 * matrices * unknowns**2
+    if method.startswith("cvxpy:") and blocks == 2:
+        return max(needed, BYTES_CVXPY * unknowns**4)
+    return needed
 
 
 def check_memory(problem: str, method: str, formulation: str, unknowns: float) -> None:

@@ -76,8 +76,9 @@ def plan(
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3),
+    ...     grid=vc.Grid(nx=12, ny=12))
     >>> plan = vc.plan(scene)
     >>> plan.normal, plan.bodies, plan.sizes.elements, plan.sizes.mirrored
     ('hertz', 'quasi-identical', {'normal': 112, 'tangential': 112}, True)
@@ -89,10 +90,11 @@ def plan(
     if scene.grid == "auto" and chosen.theory is None and not scene.no_slip:
         special = (*special, "no grid")
     usual = 100 if scene.line else 24
+    sizes_of_usual = f"the sizes below are those of {usual} elements across"
     why = {
         "frictionless": "friction is 0: no tangential problem",
         "no slip": "friction is infinite: no bound and no cones, one linear system",
-        "no grid": f"solve chooses one for an error of 1 %; the sizes below are those of {usual} elements across",
+        "no grid": f"solve chooses one for an error of 1 %; {sizes_of_usual}",
     }
     sizes = _sizes(scene, chosen)
     costs = [_cost(scene, chosen, sizes)]
@@ -136,21 +138,20 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
         if isinstance(scene.friction, np.ndarray):
             count = int(np.sum(contact & (scene.friction.reshape(shape) > 0)))
         elements["tangential"] = count
-        unknowns["tangential"] = (
-            round(tangential_unknowns(scene, plan, count)) if plan.solves else 0
-        )
-    matrices = _matrices(scene, plan, shape, unknowns, exact)
-    needed = {name: peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()}
-    mirrored = plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene)
+        unknowns["tangential"] = 0
+        if plan.solves:
+            unknowns["tangential"] = round(tangential_unknowns(scene, plan, count))
     return Sizes(
         shape,
         grid.sides if grid.explicit else None,
         elements,
         unknowns,
-        mirrored,
-        matrices,
-        needed,
-        exact,
+        mirrored=plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene),
+        matrices=_matrices(scene, plan, shape, unknowns, exact),
+        memory={
+            name: peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()
+        },
+        exact=exact,
     )
 
 
@@ -176,9 +177,12 @@ def _matrices(
 ) -> tuple[Matrix, ...]:
     rows = 2 * shape[0] - 1
     columns = 2 * shape[1] - 1
-    steady = isinstance(scene.motion, Steady)
     unlike = scene.coupled
-    tangential, across = ("A_tt - C_tt", "A_tz - C_tz") if steady else ("A_tt", "A_tz")
+    tangential = "A_tt"
+    across = "A_tz"
+    if isinstance(scene.motion, Steady):
+        tangential = "A_tt - C_tt"
+        across = "A_tz - C_tz"
     tables = [("A_zz", 1, "distances due to pressures")]
     if plan.has_friction:
         tables.append((tangential, 2 if scene.line else 3, "shifts due to tractions"))
@@ -187,32 +191,33 @@ def _matrices(
     if unlike and plan.has_friction:
         tables.append(("A_zt", 2, "K != 0: distances due to tractions"))
     size = 16 * rows * columns
-    found = [
+    matrices = [
         Matrix(name, "table", rows, columns, components * size, why)
         for name, components, why in tables
     ]
     for problem, name in (("normal", "A_zz"), ("tangential", tangential)):
         n = unknowns.get(problem, 0)
         if n and getattr(plan, problem) not in MATRIX_FREE:
-            found.append(Matrix(name, "dense", n, n, 8 * n**2, f"the {problem} problem", not exact))
-    return tuple(found)
+            why = f"the {problem} problem"
+            matrices.append(Matrix(name, "dense", n, n, 8 * n**2, why, not exact))
+    return tuple(matrices)
 
 
 def _cost(scene: Scene, plan: Plan, sizes: Sizes) -> Cost:
-    """Of one solve: of a history, of unlike bodies and under a law of friction there are many."""
+    """The cost of one solve: of a history, of unlike bodies and under a law of friction there are
+    many.
+    """
     seconds = 0.0
     needed = 0.0
     for problem, elements in sizes.elements.items():
         solver = getattr(plan, problem)
         if solver == "hertz" or (problem == "tangential" and not plan.solves):
             continue
-        kind = (
-            "products"
-            if solver in MATRIX_FREE
-            else "program"
-            if states_programs(solver)
-            else "active sets"
-        )
+        kind = "active sets"
+        if solver in MATRIX_FREE:
+            kind = "products"
+        elif states_programs(solver):
+            kind = "program"
         unknowns = float(elements)
         if problem == "tangential":
             unknowns = tangential_unknowns(scene, plan, elements)

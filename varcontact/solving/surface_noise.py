@@ -1,9 +1,9 @@
-"""Whether noise rules the pressure of a sampled surface, and which smoothing would help."""
+"""Noise that rules the pressure of a sampled surface, and the smoothing that would help."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,9 +28,20 @@ ABOVE = 4.0
 smoothed."""
 
 
-Look = tuple[float, int]
-"""The largest pressure [force/area], and the pieces of the contact, connected by sides or corners
-of elements."""
+@dataclass(frozen=True)
+class _Pressure:
+    """The largest pressure [force/area], and the number of patches, connected by sides or corners
+    of elements.
+    """
+
+    largest: float
+    patches: int
+
+    def change(self, other: _Pressure) -> float:
+        """Relative difference of the largest pressures, infinite where there are other patches."""
+        if self.patches != other.patches:
+            return math.inf
+        return abs(self.largest / other.largest - 1)
 
 
 def noise_warning(
@@ -48,47 +59,64 @@ def noise_warning(
     """
     if not state.pressure.any():
         return ""
-    shortest = SHORTEST * max(disc.grid.sides[:1] if disc.grid.line else disc.grid.sides)
+    sides = disc.grid.sides[:1] if disc.grid.line else disc.grid.sides
+    shortest = SHORTEST * max(sides)
+    if not _suspect(disc, state, shortest):
+        return ""
+
+    # the pressure with and without the waves, and the wavelength from which on it stays
+    left, right, bottom, top = disc.grid.box
+    longest = right - left
+    if not disc.grid.line:
+        longest = max(longest, top - bottom)
+    try:
+        noisy = _pressure(disc, state, solver, 0.0)
+        smooth = _pressure(disc, state, solver, shortest)
+        if noisy.change(smooth) < RULES:
+            return ""
+        wavelength = shortest
+        after = smooth
+        while wavelength <= longest / 2:
+            before = after
+            after = _pressure(disc, state, solver, 2 * wavelength)
+            if before.change(after) < SETTLED:
+                break
+            wavelength *= 2
+    except SceneError:  # so few elements that none is left without the waves: nothing to compare
+        return ""
+    text = _sentence(scene, shortest, noisy, smooth)
+    if wavelength > longest / 2:
+        remedy = "measure the surface again, or take the answer for this grid alone"
+        return f"{text}; no smoothing settles it: {remedy}"
+    return f"{text}; {how_to_smooth(f'{wavelength:.3g}')}, from which on it has settled"
+
+
+def _suspect(disc: Discretisation, state: ContactState, shortest: float) -> bool:
+    """True if the pressure that the shortest waves take to be pressed flat is no small part."""
     inside = (state.pressure > 0) & ~_beside_cliffs(disc, state, shortest)
     if not inside.any():
-        return ""
+        return False
     waves = (disc.distance - _without(disc, state, shortest))[inside]
     amplitude = math.sqrt(2) * float(np.std(waves)) / disc.scales.displacement
     pressure = math.pi * amplitude * disc.scales.length / ((1 - disc.bodies.combined_nu) * shortest)
-    if pressure < SUSPECT * float(state.pressure.max()):
-        return ""
-    left, right, bottom, top = disc.grid.box
-    longest = max(right - left, 0.0 if disc.grid.line else top - bottom)
-    try:
-        found, without = (_look(disc, state, solver, length) for length in (0.0, shortest))
-        if _apart(found, without) < RULES:
-            return ""
-        helps = shortest
-        after = without
-        while helps <= longest / 2:
-            before = after
-            after = _look(disc, state, solver, 2 * helps)
-            if _apart(before, after) < SETTLED:
-                break
-            helps *= 2
-    except SceneError:  # so few elements that none is left without the waves: nothing to compare
-        return ""
+    return pressure >= SUSPECT * float(state.pressure.max())
+
+
+def _sentence(scene: Scene, shortest: float, noisy: _Pressure, smooth: _Pressure) -> str:
     length = ""
     per_area = ""
     if scene.units is not None:
-        length, per_area = (
-            f" {scene.units.of(quantity, scene.line)}" for quantity in ("length", "pressure")
-        )
-    (most, pieces), (smooth, patches) = found, without
+        length = f" {scene.units.of('length', scene.line)}"
+        per_area = f" {scene.units.of('pressure', scene.line)}"
     text = (
-        f"noise rules the pressure: without waves of the surface shorter than {shortest:.3g}{length}, four elements, "
-        f"the largest is {smooth:.3g} in place of {most:.3g}{per_area}"
+        f"noise rules the pressure: without waves of the surface shorter than {shortest:.3g}"
+        f"{length}, four elements, the largest is {smooth.largest:.3g} in place of "
+        f"{noisy.largest:.3g}{per_area}"
     )
-    if patches != pieces:
-        text += f", in {patches} patch{'es' * (patches > 1)} in place of {pieces}"
-    if helps > longest / 2:
-        return f"{text}; no smoothing settles it: measure the surface again, or take the answer for this grid alone"
-    return f"{text}; {how_to_smooth(f'{helps:.3g}')}, from which on it has settled"
+    if smooth.patches != noisy.patches:
+        patches = "1 patch" if smooth.patches == 1 else f"{smooth.patches} patches"
+        text += f", in {patches} in place of {noisy.patches}"
+    return text
 
 
 def _beside_cliffs(disc: Discretisation, state: ContactState, wavelength: float) -> np.ndarray:
@@ -104,22 +132,17 @@ def _beside_cliffs(disc: Discretisation, state: ContactState, wavelength: float)
     return np.asarray(distance_transform_edt(~far, sampling=disc.grid.sides[::-1]) < 2 * wavelength)
 
 
-def _look(
+def _pressure(
     disc: Discretisation, state: ContactState, solver: ContactSolver, wavelength: float
-) -> Look:
+) -> _Pressure:
     """The pressure without tractions on the surface without shorter waves."""
     from scipy.ndimage import label
 
-    smooth = replace(disc, distance=_without(disc, state, wavelength)) if wavelength > 0 else disc
-    pressure = solver.pressure(smooth, unloaded(disc.grid)).pressure
-    return float(pressure.max()) * disc.scales.pressure, int(
-        label(pressure > 0, structure=np.ones((3, 3)))[1]
-    )
-
-
-def _apart(one: Look, other: Look) -> float:
-    """Relative difference of the largest pressures, infinite where there are other patches."""
-    return abs(one[0] / other[0] - 1) if one[1] == other[1] else math.inf
+    if wavelength > 0:
+        disc = replace(disc, distance=_without(disc, state, wavelength))
+    pressure = solver.pressure(disc, unloaded(disc.grid)).pressure
+    _, patches = label(pressure > 0, structure=np.ones((3, 3)))
+    return _Pressure(float(pressure.max()) * disc.scales.pressure, int(patches))
 
 
 def _without(disc: Discretisation, state: ContactState, wavelength: float) -> np.ndarray:

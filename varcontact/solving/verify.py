@@ -39,7 +39,10 @@ MEASURES = (
     "normal_relative_gap",
 )
 
-ALONE = "the certificate is as stored in the file: a step by itself cannot be measured again without the step before"
+ALONE = (
+    "the certificate is as stored in the file: a step by itself cannot be measured again without "
+    "the step before"
+)
 ANEW = "the certificate that came with the file is not that of its fields: it is made anew"
 
 
@@ -77,8 +80,10 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
     >>> import varcontact as vc
     >>> folder = tempfile.TemporaryDirectory()
     >>> path = pathlib.Path(folder.name) / "ball.nc"
-    >>> vc.solve(vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
-    ...                   grid=vc.Grid(nx=8, ny=8))).save(path)
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...     grid=vc.Grid(nx=8, ny=8))
+    >>> vc.solve(scene).save(path)
     >>> vc.load(path).note, vc.load(path, certify=False).note
     ('', 'the certificate is as stored in the file, not measured again')
     """
@@ -102,7 +107,7 @@ def with_verified_steps(stored: Stored) -> Stored:
     """A history's file whose steps are verified when they are read."""
 
     @cache
-    def march() -> TimeStepping:
+    def stepping() -> TimeStepping:
         solver = ContactSolver(
             stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats()
         )
@@ -111,10 +116,14 @@ def with_verified_steps(stored: Stored) -> Stored:
     heat = cache(lambda k: heat_of(stored[k]))
 
     def verified(k: int, before: Solution | None, sol: Solution) -> Solution:
-        start = march().start()
-        came = start if before is None else before
-        heated = [*heat_before(start), *map(heat, range(k))] if stored.scene.warm else []
-        return _verified(march().problem(k, came, heated)[1], sol)
+        start = stepping().start()
+        if before is None:
+            before = start
+        heated = []
+        if stored.scene.warm:
+            heated = [*heat_before(start), *map(heat, range(k))]
+        _, disc = stepping().problem(k, before, heated)
+        return _verified(disc, sol)
 
     return replace(stored, measured=verified)
 
@@ -139,14 +148,8 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
     if disc.loading.law is not None and sol.plan.has_friction:
         disc = disc.under(friction=coefficient(disc, state))
     certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
-    # the way through units and back; unlike bodies with little friction magnify it, and distances
-    # from far away
-    coefficients = np.ravel(1.0 if disc.loading.coefficient is None else disc.loading.coefficient)
-    least = float(np.min(coefficients[coefficients > 0], initial=1.0))
-    far = 10 * float(np.spacing(abs(disc.base))) / disc.scales.displacement
-    own = disc.operators.normal.on(np.arange(1)).diagonal * float(state.pressure.max())
-    rounding = ROUNDED * (1 + abs(disc.K) / least) + far / own
-    # NaN: unknown
+    rounding = _rounding(disc, state)
+    # NaN: not measured
     if not any(
         getattr(certificate, n) > 2 * getattr(sol.certificate, n) + rounding for n in MEASURES
     ):
@@ -157,11 +160,23 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
     return replace(sol, certificate=certificate, converged=False, note=ANEW)
 
 
+def _rounding(disc: Discretisation, state: ContactState) -> float:
+    """Residual that conversions of units may leave; unlike bodies with little friction magnify it,
+    and distances from far away.
+    """
+    coefficient = disc.loading.coefficient
+    coefficients = np.ravel(1.0 if coefficient is None else coefficient)
+    least = float(np.min(coefficients[coefficients > 0], initial=1.0))
+    far = 10 * float(np.spacing(abs(disc.base))) / disc.scales.displacement
+    own = disc.operators.normal.on(np.arange(1)).diagonal * float(state.pressure.max())
+    return ROUNDED * (1 + abs(disc.K) / least) + far / own
+
+
 def _state(disc: Discretisation, sol: Solution) -> ContactState:
     """The dimensionless state of a solution, with creepages and approach as they were before they
     were extrapolated.
 
-    What is undetermined in line contact follows from slip and distance.
+    Values that are undetermined in line contact follow from slip and distance.
     """
     on_grid = {} if sol.error_estimate is None else sol.error_estimate.on_grid
     pressure = sol.pressure / disc.scales.pressure
@@ -180,10 +195,9 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
         ]
         rigid = (np.array(creepages) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
         if np.isnan(rigid).any():
-            moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[
-                :, pressure > 0
-            ].mean(axis=1)
-            rigid = np.where(np.isnan(rigid), moved, rigid)
+            shift, _ = shift_and_areas(disc, state)
+            difference = (sol.slip * unit_slip(disc) - shift)[:, pressure > 0]
+            rigid = np.where(np.isnan(rigid), difference.mean(axis=1), rigid)
     if sol.friction is not None:
         state = state.under(friction=sol.friction)
     return replace(state, approach=approach, rigid=rigid)
