@@ -153,7 +153,7 @@ def solve(scene: Scene, options: SolveOptions) -> Answer:
     assert target is not None
     if options.plan.closed_form and not options.plan.has_friction:
         return _closed_form(scene, options)
-    budget = math.inf if target.time_budget is None else target.time_budget
+    budget = target.seconds
     levels: list[GridLevel] = []
     estimates: list[ErrorEstimate] = []
     n = _first(scene, options, target)
@@ -202,11 +202,10 @@ def _after_failure(
         return _not_reached(levels, target, why, error)
     if isinstance(error, NotConverged):
         raise error
-    budget = math.inf if target.time_budget is None else target.time_budget
     allowed = (
         "more seconds, or an accuracy: even the coarsest grids, which tell the error, take longer"
     )
-    raise SceneError("time_budget", budget, allowed) from None
+    raise SceneError("time_budget", target.seconds, allowed) from None
 
 
 def _report_warnings(answer: Answer, options: SolveOptions) -> None:
@@ -529,9 +528,10 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
         size = math.hypot(best["Fx"], best["Fy"])
         limit = friction_limit(answer)
         # extrapolated, a force may be beyond what friction carries
-        part = limit / size if size > limit else 1.0
-        best = best | {name: part * best[name] for name in ("Fx", "Fy")}
-        estimate = replace(estimate, values=best)
+        if size > limit:
+            part = limit / size
+            best = best | {name: part * best[name] for name in ("Fx", "Fy")}
+            estimate = replace(estimate, values=best)
     names = creepage_names(answer)
     first, second, third = (
         best.get(name, own) for name, own in zip(names, answer.creepage, strict=True)

@@ -106,7 +106,9 @@ def solve_batches(
     bars, too. `kept` gets the fields of the others. `some` are the numbers of those that are to be
     solved at all.
     """
-    numbers = list(range(len(scenes)) if some is None else some)
+    numbers = list(range(len(scenes)))
+    if some is not None:
+        numbers = list(some)
     gridded_ones = [k for k in numbers if isinstance(scenes[k].grid, Grid)]
     figures, solved = _on_grids(scenes, gridded_ones, tol, kept, near)
     for line in (False, True):
@@ -361,7 +363,9 @@ def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
             for k, scene in enumerate(scenes)
             if type(scene.surface) is kind and scene.normal_force
         ]
-        columns = _columns_of_hertz([scenes[k] for k in numbers]) if numbers else []
+        if not numbers:
+            continue
+        columns = _columns_of_hertz([scenes[k] for k in numbers])
         for k, (a, b, approach, force, peak) in zip(numbers, columns, strict=True):
             contacts[k] = HertzContact(a, b, approach, force, peak, math.nan, math.nan)
     return [
@@ -398,7 +402,8 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     grid = given_grid(scene)
     motion = scene.motion
     shape = shape_with_margin(grid)
-    if math.prod(shape) > (MOST_IN_LINE if grid.line else MOST_ELEMENTS):
+    most = MOST_IN_LINE if grid.line else MOST_ELEMENTS
+    if math.prod(shape) > most:
         return None
     if grid.explicit and (grid.edge != "centres" or not _holds(grid, hertz)):
         return None
@@ -436,6 +441,13 @@ def _across_circle(grid: Grid) -> tuple[Grid, np.ndarray, np.ndarray]:
     lattice = grid.spread((-1.0, 1.0, -half, half))
     pressure = circle.on_elements(lattice)
     return lattice, pressure / pressure.sum(), edge_compliance(circle.covered(*lattice.lines))
+
+
+def _softened(grid: Grid | None) -> np.ndarray | None:
+    """The compliance of elements at the edge, if these are softened."""
+    if grid is None:
+        return None
+    return _across_circle(grid)[2]
 
 
 def _elements(scene: Scene, hertz: HertzContact) -> tuple[np.ndarray, ...]:
@@ -491,10 +503,9 @@ class _Arrays:
         return self.dx * self.dy
 
 
-def _arrays(members: list[_Member]) -> _Arrays:
+def _lattices(members: list[_Member]) -> tuple[np.ndarray, ...]:
+    """Sides, x and y of the elements of all members, and their parts of the load."""
     n = len(members)
-    scenes = [each.scene for each in members]
-    # elements and their parts of the load
     ny, nx = np.max([each.shape for each in members], axis=0).tolist()
     sides = np.empty((2, n))
     x = np.zeros((nx, n))
@@ -505,8 +516,12 @@ def _arrays(members: list[_Member]) -> _Arrays:
         x[: own_x.size, j] = own_x
         y[: own_y.size, j] = own_y
         share[: own_y.size, : own_x.size, j] = own_share
+    return sides, x, y, share
 
-    # rigid shifts of their motions
+
+def _arrays(members: list[_Member]) -> _Arrays:
+    scenes = [each.scene for each in members]
+    sides, x, y, share = _lattices(members)
     dx, dy = sides
     steps = [scene.motion.step(length) for scene, length in zip(scenes, dx.tolist(), strict=True)]
     step = np.array([each.dq or 1.0 for each in steps])
@@ -557,19 +572,17 @@ def _solve_group(
         arrays.prescribed / arrays.area / arrays.G,
         kind.difference,
         kind.line,
-        None if kind.soft is None else _across_circle(kind.soft)[2],
+        _softened(kind.soft),
     )
 
     # its start, or the tractions of the step before
     numbers = [member.number for member in members]
     vx, vy, _ = arrays.creepage
-    start = None if near is None else near.on(problem, numbers, [vx, vy], arrays.step)
+    start = None
+    if near is not None:
+        start = near.on(problem, numbers, [vx, vy], arrays.step)
     if before is not None:
-        carried = np.zeros_like(arrays.W)
-        for j, number in enumerate(numbers):
-            traction = before[number][0]
-            carried[:, : traction.shape[1], : traction.shape[2], j] = traction
-        carried /= arrays.G
+        carried = _side_by_side([before[number][0] for number in numbers], arrays.W) / arrays.G
         arrays.W[...] -= shift_before(problem, carried, kind.ahead)
         start = carried, np.zeros((2, len(members)))
 
@@ -588,10 +601,24 @@ def _solve_group(
     if kept is not None:
         traction = solution.traction * arrays.G
         for j in np.flatnonzero(solved).tolist():
-            ny, nx = members[j].shape
-            fields = traction[:, :ny, :nx, j], bound[:ny, :nx, j]
-            kept[members[j].number] = *fields, arrays.x[:nx, j], arrays.y[:ny, j]
+            kept[members[j].number] = _fields(members[j].shape, j, traction, bound, arrays)
     return figures, solved
+
+
+def _fields(
+    shape: tuple[int, int], j: int, traction: np.ndarray, bound: np.ndarray, arrays: _Arrays
+) -> tuple[np.ndarray, ...]:
+    """Tractions, traction bound and places of the elements of scene j."""
+    ny, nx = shape
+    return traction[:, :ny, :nx, j], bound[:ny, :nx, j], arrays.x[:nx, j], arrays.y[:ny, j]
+
+
+def _side_by_side(fields: list[np.ndarray], like: np.ndarray) -> np.ndarray:
+    """Fields (2, ..., ...) of scenes in one array of the shape of another, zero beyond each."""
+    whole = np.zeros_like(like)
+    for j, own in enumerate(fields):
+        whole[:, : own.shape[1], : own.shape[2], j] = own
+    return whole
 
 
 def _figures(

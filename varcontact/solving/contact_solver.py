@@ -91,7 +91,8 @@ class ContactSolver:
                     state = hertz_pressure(disc, state)
                 return replace(state, solved_by={**state.solved_by, "normal": "hertz"})
             coupled = disc.K != 0 and np.any(state.traction)
-            problem = disc.normal_problem(state.traction if coupled else None).reachable()
+            traction = state.traction if coupled else None
+            problem = disc.normal_problem(traction).reachable()
             elements = problem.operator.elements
             if elements.size == 0:
                 raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
@@ -120,8 +121,10 @@ class ContactSolver:
             return self.tol
         # errors of pressures are seen by tractions K by friction times as large
         friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
-        seen = friction / abs(disc.K) if disc.K else 1.0
-        return max(self._forcing_term(state) * min(1.0, seen), TOL_MIN)
+        part = 1.0
+        if disc.K:
+            part = min(1.0, friction / abs(disc.K))
+        return max(self._forcing_term(state) * part, TOL_MIN)
 
     def pressure_on_subgrid(
         self, disc: Discretisation, state: ContactState
@@ -217,8 +220,10 @@ class ContactSolver:
         which is convex.
         """
         # no more than the next pass needs
-        before_residual = state.passes[-1][1] if state.passes else 1.0
-        tol = FORCING_TERM * max(self.tol, before_residual)
+        residual = 1.0
+        if state.passes:
+            residual = state.passes[-1][1]
+        tol = FORCING_TERM * max(self.tol, residual)
         state = self.traction(disc, replace(state, bound_pressure=state.pressure))
         for _ in range(ALTERNATIONS_MAX):
             before = state
@@ -298,7 +303,9 @@ def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState)
     def one_pass(state: ContactState) -> tuple[ContactState, float]:
         under_field = disc.under(friction=state.fields[FRICTION])
         # no more than the next pass needs
-        rough = FORCING_TERM * state.passes[-1][1] if state.passes else FIRST_TOL
+        rough = FIRST_TOL
+        if state.passes:
+            rough = FORCING_TERM * state.passes[-1][1]
         after = _coupled(under_field, solver, state, max(tol, rough))
         after = after.under(friction=coefficients_after(under_field, after))
         of_problems = residuals(disc.under(friction=coefficient(disc, after)), after)

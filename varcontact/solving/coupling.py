@@ -116,8 +116,8 @@ def fixed_point(
     """The state of the least residual after passes until the field `unknown` stays; its `passes`
     are the record of all.
 
-    They also end where solvers give up twice in a row with nothing gained, after `PASSES_MAX` in all
-    loops, and with an error, as of an iterate that is no contact any more.
+    They also end where solvers give up twice in a row with nothing gained, after `PASSES_MAX` in
+    all loops, and with an error, as of an iterate that is no contact any more.
     """
     state = best = replace(first, passes=((1.0, residual),))
     without_gain = 0
@@ -189,7 +189,7 @@ def coupled_newton(
         return disc, state
     directions = list(tangential.directions)
     force_prescribed = disc.loading.normal_force is not None
-    along_normal = force_prescribed and disc.conformal and disc.loading.law is None
+    along_normal = _along_normal(disc)
 
     def state_of(raw: RawSolution) -> ContactState:
         traction = np.zeros((2, *disc.grid.shape))
@@ -210,13 +210,9 @@ def coupled_newton(
 
     # pressure and tractions together, from those of the state
     problem = _coupled_problem(disc, tangential, state.approach, along_normal)
-    level = [-state.approach if force_prescribed else 0.0]
-    start = RawSolution(
-        np.concatenate([state.pressure[None], state.traction[directions]]),
-        np.concatenate([level, state.rigid[directions]]),
-        0,
-        "start",
-    )
+    level = -state.approach if force_prescribed else 0.0
+    fields = np.concatenate([state.pressure[None], state.traction[directions]])
+    start = RawSolution(fields, np.concatenate([[level], state.rigid[directions]]), 0, "start")
     with settings.stats.called("newton"):
         raw = newton_coupled(problem, settings, start, residual)
         settings.stats.iterated("newton", raw.iterations)
@@ -232,6 +228,12 @@ def coupled_newton(
     if along_normal:
         disc = disc.at_approach(state.approach)
     return disc, state
+
+
+def _along_normal(disc: Discretisation) -> bool:
+    """True if the force along the normal of the plane is prescribed in conformal contact."""
+    prescribed = disc.loading.normal_force is not None
+    return prescribed and disc.conformal and disc.loading.law is None
 
 
 def _coupled_problem(

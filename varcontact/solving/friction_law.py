@@ -72,7 +72,8 @@ def with_coefficients(
             )
         friction = _of_slip(law, start)
     else:
-        friction = np.full(grid.shape, law.kinetic if start == "slip" else law.static)
+        first = law.kinetic if start == "slip" else law.static
+        friction = np.full(grid.shape, first)
     return replace(state.under(friction=friction), branch=branch_of(start))
 
 
@@ -119,7 +120,9 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
 
 
 def branch_of(start: str | Solution | None) -> str:
-    return "solution" if isinstance(start, Solution) else start or "stick"
+    if isinstance(start, Solution):
+        return "solution"
+    return start or "stick"
 
 
 def carried_coefficients(
@@ -202,13 +205,17 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
     if law.local and memory == 0:
         own, rest = _own(disc, state, np.full(disc.grid.shape, SMALL_SLIP))
         steepest = float(np.max(rest - own)) / SMALL_SLIP
-    by_memory = (law.static - law.kinetic) * dq / memory if memory > 0 else np.inf
+    by_memory = np.inf
+    if memory > 0:
+        by_memory = (law.static - law.kinetic) * dq / memory
     fall = min(steepest, by_memory) / unit_slip(disc) * state.pressure
     direction = shift / np.maximum(np.hypot(*shift), np.finfo(float).tiny)
     along = np.where(areas == SLIP, np.sqrt(fall) * direction, 0.0)
     weights = np.ones(disc.grid.shape)
     ratio = 0.0
-    for _ in range(POWER_STEPS if along.any() else 0):
+    if not along.any():
+        return ""
+    for _ in range(POWER_STEPS):
         image = np.sum(along * disc.tangential_operator.apply(along * weights), axis=0)
         ratio = float(np.linalg.norm(image) / np.linalg.norm(weights))
         weights = image / np.abs(image).max()
@@ -266,9 +273,8 @@ def _temperature(disc: Discretisation, state: ContactState) -> np.ndarray:
         return surface_temperatures(power, contact, dx, motion.speed, thermal)[0]
     assert isinstance(motion, TimeStep)
     rise = temperature_rise([Heat.of(density, contact, motion)], dx, thermal)
-    carried = None if before is None else before.arrived.get(RISE)
-    if carried is not None:
-        rise = rise + carried
+    if before is not None and RISE in before.arrived:
+        rise = rise + before.arrived[RISE]
     return rise + background(1.0, thermal)[0]
 
 
@@ -279,7 +285,7 @@ def _with_memory(
     `rest` in stick.
 
     In steady rolling they come along their rows, at rest at first. In a step that rolls they are
-    `carried_coefficients`: problems of short steps would have several solutions under the slip at their end.
+    `carried_coefficients`: short steps would have several solutions under the slip at their end.
     """
     law = _law(disc)
     motion = disc.loading.motion
@@ -296,7 +302,9 @@ def _with_memory(
             after = law.after(coefficients, own[:, i], slip[:, i], disc.grid.sides[0])
             coefficients = along[:, i] = np.where(remembers[:, i], after, rest[:, i])
         return along
-    carried = rest if before is None else before.arrived.get(FRICTION, rest)
+    carried = rest
+    if before is not None:
+        carried = before.arrived.get(FRICTION, rest)
     if not motion.rolls:
         carried = law.after(carried, own, slip, 1.0)
     return np.where(remembers, carried, rest)
@@ -319,7 +327,9 @@ def _coefficients(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]
     if solution.weakening is None:
         return of_slip, of_slip
     own = law.static - solution.weakening * (law.static - law.kinetic)
-    slipping = solution.state == SLIP if law.local else solution.state != STICK
+    slipping = solution.state != STICK
+    if law.local:
+        slipping = solution.state == SLIP
     return of_slip, np.where(slipping, of_slip, own)
 
 

@@ -70,7 +70,9 @@ def _solved(
     stepping = time_stepping(scene, history.grid, solver)
     start = stepping.start()
     before = start if len(history) == 0 else history[-1]
-    heated = [*heat_before(start), *map(heat_of, history)] if scene.warm else []
+    heated = []
+    if scene.warm:
+        heated = [*heat_before(start), *map(heat_of, history)]
 
     def tell_stage(stage: str) -> None:
         progress(f"{len(history)} of {count} steps: {stage}")

@@ -240,8 +240,8 @@ def _check_turn(scene: Scene, disc: Discretisation, state: ContactState) -> None
     if not isinstance(scene.surface, SampledDistance):
         return
     angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
-    turn = float(np.ptp(angles)) if angles.size else 0.0
-    if turn > TURN_MAX:
+    if angles.size and float(np.ptp(angles)) > TURN_MAX:
+        turn = float(np.ptp(angles))
         reason = "no influence numbers hold for a smaller radius of curvature"
         allowed = f"at most {TURN_MAX:g} rad over the contact: {reason}"
         raise SceneError("surface.inclination", turn, allowed)
@@ -306,7 +306,9 @@ def _coarse_search(
         grid = Grid(nx=SEARCH_ELEMENTS, ny=rows, margin=0).spread(box)
         lowest = _lowest_in_elements(surface, grid, depth)
         disc = discretise(replace(frictionless, surface=lowest, grid=grid), grid)
-        state = unloaded(grid) if last_contact is None else _on(last_contact, disc)
+        state = unloaded(grid)
+        if last_contact is not None:
+            state = _on(last_contact, disc)
         state = coarse.pressure(disc, state)
         last_contact = InitialGuess.of(disc, state)
 
@@ -336,8 +338,10 @@ def adjust(
         return None  # placed around Hertz's contact
     overlap = outside(disc, state, closed_form)
     if overlap is not None:
-        room = ROOM if with_tractions else 0.0
-        return contact_grid.enlarged(scene, disc.grid, state.pressure, overlap, room)
+        more = 0.0
+        if with_tractions:
+            more = ROOM
+        return contact_grid.enlarged(scene, disc.grid, state.pressure, overlap, more)
     if not closer:
         return None
     return contact_grid.fitted(scene, disc.grid, state.pressure, any_surface=with_tractions)
@@ -443,15 +447,7 @@ def finish(
     if law is not None:
         disc = disc.under(friction=coefficient(disc, state))
 
-    # the certificate, as much of it as is asked for; where the tolerance is missed it may tell why
-    lazily = plan.tangential in MATRIX_FREE and solver.certify == "auto"
-    with solver.stats.stage("certificate"):
-        certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
-    residual = _residual_of_plan(plan, disc, state, certificate)
-    if residual > solver.tol and certificate.level != "full" and solver.certify == "auto":
-        certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
-    if not plan.has_moment:
-        certificate = certificate.without_moment()
+    certificate, residual = _certified(disc, state, solver)
 
     # the solution in physical units
     in_time = isinstance(disc.loading.motion, TimeStep)
@@ -474,6 +470,24 @@ def finish(
         message = f"the residual is not below tol = {solver.tol:.3g}{why}"
         raise NotConverged(message, residual, solution)
     return solution
+
+
+def _certified(
+    disc: Discretisation, state: ContactState, solver: ContactSolver
+) -> tuple[Certificate, float]:
+    """The certificate, and the residual of the plan's problems; where that misses the tolerance all
+    of the certificate, which may tell why.
+    """
+    plan = solver.plan
+    lazily = plan.tangential in MATRIX_FREE and solver.certify == "auto"
+    with solver.stats.stage("certificate"):
+        certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
+    residual = _residual_of_plan(plan, disc, state, certificate)
+    if residual > solver.tol and certificate.level != "full" and solver.certify == "auto":
+        certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
+    if not plan.has_moment:
+        certificate = certificate.without_moment()
+    return certificate, residual
 
 
 def _check_rounding(disc: Discretisation, state: ContactState) -> None:

@@ -100,6 +100,11 @@ class Target:
     by_default: bool = False
     of_pressure: bool = True
 
+    @property
+    def seconds(self) -> float:
+        """The time, infinite where none is given [s]."""
+        return math.inf if self.time_budget is None else self.time_budget
+
 
 @dataclass(frozen=True)
 class SolveOptions:
@@ -216,19 +221,26 @@ def check_saturation(scene: Scene) -> None:
     if not isinstance(motion, Steady | Shift):
         return
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
-    limit = 0.0 if scene.frictionless else np.inf
-    friction = scene.friction
-    if isinstance(friction, Law):
-        friction = friction.static
-    if isinstance(friction, float) and scene.normal_force is not None:
-        limit = friction * scene.normal_force
+    limit = _friction_limit(scene)
     if size > 0 and size >= limit:
         raise Saturated(size, limit)
 
 
+def _friction_limit(scene: Scene) -> float:
+    """The largest friction force, infinite where it is not known before the solution."""
+    friction = scene.friction
+    if isinstance(friction, Law):
+        friction = friction.static
+    if isinstance(friction, float) and scene.normal_force is not None:
+        return friction * scene.normal_force
+    return 0.0 if scene.frictionless else np.inf
+
+
 def _check_saturation_of_steps(scene: Scene, motion: Transient) -> None:
     for k, friction_of_step in enumerate(motion.every("friction")):
-        friction = scene.friction if friction_of_step is None else friction_of_step
+        friction = friction_of_step
+        if friction is None:
+            friction = scene.friction
         size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
         if size > 0 and np.all(np.asarray(friction) == 0):
             raise Saturated(size, 0.0).in_step(k, None)
@@ -301,15 +313,19 @@ def _refusals(scene: Scene, plan: Plan, field: str, arguments: Arguments) -> Ite
         allowed = f"a method of the exact theory with {field}"
         why = "a theory has an error that no grid removes"
         yield SceneError("tangential", plan.tangential, f"{allowed}: {why}")
-    if isinstance(arguments.start, Solution):
-        allowed = f'"stick" or "slip" with {field}: a solution belongs to its own grid'
-        yield SceneError("start", "a Solution", allowed)
-    if arguments.start == "stick" and isinstance(scene.friction, StaticKinetic):
-        why = "what the static coefficient adds vanishes as the grid gets finer"
-        yield SceneError("start", "stick", f"left out with {field}: {why}")
+    yield from _refusals_of_start(scene, field, arguments.start)
     refusal = not_measurable(scene)
     if refusal is not None:
         yield refusal
+
+
+def _refusals_of_start(scene: Scene, field: str, start: Any) -> Iterator[SceneError]:
+    if isinstance(start, Solution):
+        allowed = f'"stick" or "slip" with {field}: a solution belongs to its own grid'
+        yield SceneError("start", "a Solution", allowed)
+    elif start == "stick" and isinstance(scene.friction, StaticKinetic):
+        why = "what the static coefficient adds vanishes as the grid gets finer"
+        yield SceneError("start", "stick", f"left out with {field}: {why}")
 
 
 def _refusals_of_history(scene: Scene[Transient], field: str, store: Any) -> Iterator[SceneError]:

@@ -46,7 +46,8 @@ from varcontact.system.process import SMALLER, fits, need
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer no active set improves."""
 POLISH_TOLS = (1e-2, 1e-4, 1e-6)
-"""Accuracies asked of a solver of programs, each where the one before did not do for active sets."""
+"""Accuracies asked of a solver of programs, each where the one before is not enough for active
+sets."""
 REFINE_TOLS = (1e-6, 1e-8)
 """The same for splitting."""
 POLISHED_TOL = 1e-9
@@ -212,7 +213,9 @@ def march(
         least = min(least, residual)
         still = change <= IDLE_CHANGE * float(np.abs(raw.traction).max())
         if residual <= settings.tol or (still and idle >= IDLE_STEPS):
-            status = "Steady" if residual <= settings.tol or raw.solved else raw.status
+            status = raw.status
+            if residual <= settings.tol or raw.solved:
+                status = "Steady"
             break
     steady = status == "Steady"
     return RawSolution(last.traction, last.rigid, iterations, status, steady, last.solver)
@@ -269,7 +272,9 @@ def _polished(task: Task, best: RawSolution | None) -> RawSolution:
     begin on their own.
     """
     enough = min(task.settings.tol, POLISHED_TOL)
-    answer = best if task.start is None else task.start
+    answer = task.start
+    if answer is None:
+        answer = best
     for accuracy in POLISH_TOLS:
         if best is not None and task.residual(best) <= enough:
             break

@@ -127,32 +127,42 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
     history = isinstance(scene.motion, Transient)
     grid = wanted_grid(scene) if history else known_grid(scene)
     shape = shape_with_margin(grid)
+    placed = grid.explicit and not history
+    exact = plan.closed_form and placed
     contact = np.ones(shape, dtype=bool)
-    exact = plan.closed_form and grid.explicit and not history
-    if grid.explicit and not history:
+    if placed:
         contact = _contact(scene, plan, grid)
     count = int(contact.sum())
     elements = {"normal": count}
-    unknowns = {"normal": 0 if plan.closed_form else count * math.prod(plan.cells(scene))}
+    unknowns = {"normal": 0}
+    if not plan.closed_form:
+        unknowns["normal"] = count * math.prod(plan.cells(scene))
     if plan.has_friction:
-        if isinstance(scene.friction, np.ndarray):
-            count = int(np.sum(contact & (scene.friction.reshape(shape) > 0)))
+        count = _rubbing(scene, contact)
         elements["tangential"] = count
         unknowns["tangential"] = 0
         if plan.solves:
             unknowns["tangential"] = round(tangential_unknowns(scene, plan, count))
+    mirrored = plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene)
     return Sizes(
         shape,
         grid.sides if grid.explicit else None,
         elements,
         unknowns,
-        mirrored=plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene),
+        mirrored=mirrored,
         matrices=_matrices(scene, plan, shape, unknowns, exact),
         memory={
             name: peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()
         },
         exact=exact,
     )
+
+
+def _rubbing(scene: Scene, contact: np.ndarray) -> int:
+    """Elements in contact with friction."""
+    if isinstance(scene.friction, np.ndarray):
+        contact = contact & (scene.friction.reshape(contact.shape) > 0)
+    return int(np.sum(contact))
 
 
 def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
@@ -185,7 +195,8 @@ def _matrices(
         across = "A_tz - C_tz"
     tables = [("A_zz", 1, "distances due to pressures")]
     if plan.has_friction:
-        tables.append((tangential, 2 if scene.line else 3, "shifts due to tractions"))
+        components = 2 if scene.line else 3
+        tables.append((tangential, components, "shifts due to tractions"))
     if unlike and scene.motion is not None:
         tables.append((across, 2, "K != 0: shifts due to pressures"))
     if unlike and plan.has_friction:

@@ -206,8 +206,9 @@ def _check_formulation(formulation: str, programs: tuple[str, ...], reason: str)
     """Refuse a formulation that the plan's solvers have not."""
     if formulation in ("auto", *programs):
         return
-    names = [f'"{name}"'.replace("none", "auto") for name in programs]
-    allowed = " or ".join([", ".join(names[:-1]), names[-1]] if names[1:] else names)
+    *others, allowed = [f'"{name}"'.replace("none", "auto") for name in programs]
+    if others:
+        allowed = f"{', '.join(others)} or {allowed}"
     message = f'formulation = "{formulation}": {reason}; use {allowed}'
     raise SceneError("formulation", formulation, allowed, message=message)
 
@@ -232,7 +233,7 @@ def _check_method(method: str) -> None:
 
 
 def _check_solvers(scene: Scene, normal: str, tangential: str) -> None:
-    """Refuse names of solvers that do not exist, are not installed, or are for the other problem."""
+    """Refuse solvers that do not exist, are not installed, or are for the other problem."""
     if normal != "auto":
         registry.available("normal", normal, ("auto", *registry.normal_methods()))
     if tangential == "auto":
@@ -277,8 +278,7 @@ def _preset_by_size(scene: Scene, requested: Requested) -> Preset:
     count = elements
     if own_image(scene) or one_direction(scene):
         count /= 2  # active sets have half the unknowns
-    # short steps of rolling
-    if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT_STEP * dx:
+    if _has_short_steps(motion, dx):
         return NEWTON if count > MOST_BY_ACTIVE_SETS else PRESETS["auto"]
     # unlike bodies
     if scene.coupled and not scene.frictionless:
@@ -293,6 +293,10 @@ def _preset_by_size(scene: Scene, requested: Requested) -> Preset:
     if count > many and not scene.frictionless:
         return NEWTON_TRACTIONS
     return PRESETS["auto"]
+
+
+def _has_short_steps(motion: object, dx: float) -> bool:
+    return isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT_STEP * dx
 
 
 def _why_not_hertz(scene: Scene) -> str:
@@ -342,7 +346,9 @@ def _tangential(scene: Scene, requested: str, preset: Preset) -> tuple[str, str]
         return "none", "no friction, no traction"
     if requested in THEORIES:
         return requested, "requested: an approximate theory; the certificate measures its error"
-    solver = preset.tangential if requested == "auto" else requested
+    solver = requested
+    if requested == "auto":
+        solver = preset.tangential
     if scene.no_slip and solver not in MATRIX_FREE:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if requested != "auto":
@@ -533,7 +539,9 @@ def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
     """Traction components on a number of elements, on one side of a line of symmetry where the plan
     uses it.
     """
-    unknowns = elements if one_direction(scene) else 2 * elements
+    unknowns = elements
+    if not one_direction(scene):
+        unknowns = 2 * elements
     if plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene):
         return unknowns / 2
     return unknowns

@@ -36,7 +36,9 @@ def with_tractions_batched(contacts: Sequence[ContactOnGrid]) -> list[ContactOnG
             batches[motion.slip_difference].append(k)
     solved = list(contacts)
     for difference, numbers in batches.items():
-        batch = _solve_batch([contacts[k] for k in numbers], difference) if numbers else []
+        if not numbers:
+            continue
+        batch = _solve_batch([contacts[k] for k in numbers], difference)
         for k, contact in zip(numbers, batch, strict=True):
             solved[k] = contact
     return solved

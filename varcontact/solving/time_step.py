@@ -63,7 +63,9 @@ def largest_contacts(scene: Scene[Transient]) -> list[Scene]:
     bare: dict[str, Any] = {"bodies": bodies, "friction": None, "motion": None}
     for k in range(scene.motion.steps):
         surface, force, approach = scene.contact(k)
-        load = approach if force is None else force
+        load = force
+        if force is None:
+            load = approach
         assert load is not None
         key = (id(surface), force is None)
         if force == 0 or (key in largest and largest[key][0] >= load):

@@ -178,7 +178,9 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
 
     Values that are undetermined in line contact follow from slip and distance.
     """
-    on_grid = {} if sol.error_estimate is None else sol.error_estimate.on_grid
+    on_grid: dict[str, float] = {}
+    if sol.error_estimate is not None:
+        on_grid = sol.error_estimate.on_grid
     pressure = sol.pressure / disc.scales.pressure
     traction = sol.traction / disc.scales.pressure
     approach = (on_grid.get("approach", sol.approach) - disc.base) / disc.scales.displacement
