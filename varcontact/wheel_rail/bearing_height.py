@@ -17,9 +17,12 @@ GROWTH = 10.0
 """Largest ratio of the next depth to the last."""
 ROUNDING = 1e-15
 """Rounding of heights, relative to the radius of the wheel, from which they are computed."""
-FAR, NEAR, LEFT = 0.05, 5e-4, 0.2
-"""Parts of the load that may be missing where tractions are solved for: at first, and later on; or
-of what was missing when they were solved for last."""
+FIRST_MISSING = 0.05
+"""Part of the load that may be missing where tractions are solved for at first."""
+MISSING = 5e-4
+"""The same later on."""
+MISSING_OF_LAST = 0.2
+"""The same, relative to the part that was missing when they were solved for last."""
 POWERS = 0.2, 5.0
 """Least and largest power of normal forces that the vertical force is taken for."""
 LITTLE = 1e-4
@@ -60,7 +63,7 @@ class BearingHeight:
         self._mixed = case.with_friction or case.bodies.K != 0 or case.conformal is True
         self._enough = tol
         if self._mixed:
-            self._enough = NEAR if known else FAR
+            self._enough = MISSING if known else FIRST_MISSING
         self._excess = math.inf
 
     def _first(self, start: float | None) -> float:
@@ -72,8 +75,8 @@ class BearingHeight:
             return case.z
         if start is not None:
             return start
-        G, nu = case.bodies.combined_G, case.bodies.combined_nu
-        stiffness = 4 / 3 * G / (1 - nu) * np.sqrt(case.wheelset.radius)
+        G = case.bodies.combined_G
+        stiffness = 4 / 3 * G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
         return float(case.touching + (self._load / stiffness) ** (2 / 3))
 
     def propose(self) -> float:
@@ -99,7 +102,7 @@ class BearingHeight:
 
     @property
     def near(self) -> bool:
-        """Whether so much of the load is borne that tractions are worth solving for."""
+        """True if so much of the load is borne that tractions are worth solving for."""
         return abs(self._excess) <= self._enough
 
     def learn_normal(self, force: float) -> None:
@@ -129,7 +132,7 @@ class BearingHeight:
         self._excess = force / self._load - 1
         self.done = abs(self._excess) <= self._tol
         if self._mixed:
-            self._enough = max(NEAR, LEFT * abs(self._excess))
+            self._enough = max(MISSING, MISSING_OF_LAST * abs(self._excess))
 
     def _lifted(self, force: float) -> SceneError:
         load = self._load

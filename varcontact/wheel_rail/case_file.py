@@ -127,14 +127,33 @@ def read_case(path: str | Path) -> CaseFile:
     options = solve_table(table)
     check_keys("solve", options, [key for key in SOLVE_KEYS if key not in ("polish", "start")])
     sides = SIDES[checks.choice("side", table.pop("side", "right"), SIDES)]
-    archard = (
-        make("wear", Archard, table_of("wear", table.pop("wear"))) if "wear" in table else None
-    )
-    check_keys(
-        "",
-        table,
-        [field.name for field in dataclasses.fields(WheelOnRail if sides else WheelSetOnTrack)],
-    )
+    archard = None
+    if "wear" in table:
+        archard = make("wear", Archard, table_of("wear", table.pop("wear")))
+    case_type = WheelOnRail if sides else WheelSetOnTrack
+    check_keys("", table, _names_of(case_type))
+    # parts that all positions have in common, and entries that may vary
+    _make_parts(table, folder)
+    varying = _varying_entries(table)
+    # the cases of each position
+    cases: list[WheelOnRail | WheelSetOnTrack] = []
+    numbers: list[int] = []
+    for number, at in enumerate(_sequence(varying), 1):
+        entries = table | _at_position(at)
+        if sides:
+            cases += [WheelOnRail(side=side, **entries) for side in sides]
+        else:
+            cases.append(WheelSetOnTrack(**entries))
+        numbers += [number] * max(1, len(sides))
+    return CaseFile(tuple(cases), tuple(numbers), options, archard)
+
+
+def _names_of(kind: type[Any]) -> list[str]:
+    return [field.name for field in dataclasses.fields(kind)]
+
+
+def _make_parts(table: dict[str, Any], folder: Path) -> None:
+    """Replace the tables of track, wheel set, bodies and friction by these."""
     for key, (name, kind) in PROFILED.items():
         if name not in table:
             raise SceneError(name, None, f"given: add a table [{name}]")
@@ -145,46 +164,56 @@ def read_case(path: str | Path) -> CaseFile:
     if "bodies" in table:
         table["bodies"] = bodies_from(table_of("bodies", table["bodies"]))
     if isinstance(table.get("friction"), Mapping):
-        law, kinds = dict(table["friction"]), {**LAWS, "by_angle": FrictionByAngle}
-        table["friction"] = make(
-            "friction", kinds[checks.choice("friction.kind", law.pop("kind", None), kinds)], law
-        )
+        law = dict(table["friction"])
+        laws = {**LAWS, "by_angle": FrictionByAngle}
+        name = checks.choice("friction.kind", law.pop("kind", None), laws)
+        table["friction"] = make("friction", laws[name], law)
+
+
+def _varying_entries(table: dict[str, Any]) -> dict[str, Any]:
+    """Take the entries out of a table that may be lists: loads, and "position.y" and others."""
     varying = {name: table.pop(name) for name in VARYING if name in table}
     for name, kind in MOVING.items():
         entries = dict(table_of(name, table.pop(name, {})))
-        check_keys(name, entries, [field.name for field in dataclasses.fields(kind)])
+        check_keys(name, entries, _names_of(kind))
         varying |= {f"{name}.{key}": value for key, value in entries.items()}
-    cases: list[WheelOnRail | WheelSetOnTrack] = []
-    numbers: list[int] = []
-    for number, at in enumerate(_sequence(varying), 1):
-        given: dict[str, Any] = {"": {}, **{name: {} for name in MOVING}}
-        for name, value in at.items():
-            group, _, entry = name.rpartition(".")
-            given[group][entry] = value
-        moving = {name: kind(**given[name]) for name, kind in MOVING.items()}
-        entries = {**table, **given[""], **moving}
-        cases += [WheelOnRail(side=side, **entries) for side in sides] or [
-            WheelSetOnTrack(**entries)
-        ]
-        numbers += [number] * (len(sides) or 1)
-    return CaseFile(tuple(cases), tuple(numbers), options, archard)
+    return varying
+
+
+def _at_position(entries: dict[str, Any]) -> dict[str, Any]:
+    """Loads, position and velocity, by entries of the one and the others."""
+    loads: dict[str, Any] = {}
+    moving: dict[str, dict[str, Any]] = {name: {} for name in MOVING}
+    for name, value in entries.items():
+        group, _, entry = name.rpartition(".")
+        if group:
+            moving[group][entry] = value
+        else:
+            loads[entry] = value
+    return loads | {name: kind(**moving[name]) for name, kind in MOVING.items()}
 
 
 def _profile(field: str, kind: Kind, value: Any, folder: Path) -> Any:
-    read = dict(value) if isinstance(value, Mapping) else {"file": value}
-    check_keys(field, read, READ)
-    file, (known, known_profile) = needed(field, read, "file"), NAMED[kind]
-    if isinstance(file, str) and file.lower() == known:
-        if len(read) > 1:
+    entries = dict(value) if isinstance(value, Mapping) else {"file": value}
+    check_keys(field, entries, READ)
+    file = needed(field, entries, "file")
+    standard, standard_profile = NAMED[kind]
+    allowed = f'the name of a file beside the case file, or "{standard}"'
+    if not isinstance(file, str):
+        raise SceneError(field, file, allowed)
+    if file.lower() == standard:
+        if len(entries) > 1:
             raise SceneError(
                 field, value, message=f"{field}: {file} has no options, give its name alone"
             )
-        return known_profile()
-    path = file_named(f"{field}.file", read.pop("file"), folder) if isinstance(file, str) else None
-    if path is None or not path.is_file():
-        raise SceneError(field, file, f'the name of a file beside the case file, or "{known}"')
-    reader: Any = ProfileSlices.read if path.suffix.lower() in SLICES else Profile.read
-    return reader(path, kind, **read)
+        return standard_profile()
+    path = file_named(f"{field}.file", entries.pop("file"), folder)
+    if not path.is_file():
+        raise SceneError(field, file, allowed)
+    reader: Any = Profile.read
+    if path.suffix.lower() in SLICES:
+        reader = ProfileSlices.read
+    return reader(path, kind, **entries)
 
 
 def _sequence(entries: dict[str, Any]) -> list[dict[str, Any]]:
@@ -267,18 +296,19 @@ def solve_cases(
     ):
         rows = _kept(table, names, file.numbers)
         left = [k for k in range(total) if not rows[k]]
-        shown = solved if pool is None else None
         work = partial(
-            _rows, file=dataclasses.replace(file, cases=()), alone=total == 1, solved=shown
+            _rows,
+            file=dataclasses.replace(file, cases=()),
+            alone=total == 1,
+            solved=solved if pool is None else None,
         )
-        on_grids = all(
-            isinstance(case, WheelOnRail) and not case.dx is case.dy is None for case in file.cases
-        )
-        together = on_grids and not file.fast and pool is None and total > SIDE_BY_SIDE
-        which = [
-            f"wheels, y = {case.position.y:.4g} mm, {getattr(case, 'side', 'both')}"
-            for case in file.cases
-        ]
+        together = _on_grids(file) and pool is None and total > SIDE_BY_SIDE
+
+        def report_case(k: int, before: int) -> None:
+            case = file.cases[k]
+            place = f"y = {case.position.y:.4g} mm, {_side_of(case)}"
+            report(f"{before} of {total} wheels, {place}")
+
         answers: Iterator[tuple[int, list[dict[str, Any]]]]
         if together:
             answers = (
@@ -286,21 +316,39 @@ def solve_cases(
             )
         else:
             tasks = {k: (file.cases[k],) for k in left}
-            answers = results(work, tasks, pool, lambda k: report(f"{k} of {total} {which[k]}"))
+            answers = results(work, tasks, pool, lambda k: report_case(k, k))
         try:
             for k, new in answers:
                 if together:
-                    report(f"{sum(map(bool, rows))} of {total} {which[k]}")
+                    report_case(k, _count_finished(rows))
                 rows[k] = [
                     {"position": file.numbers[k], **row, "identity": names[k]} for row in new
                 ]
                 table.write(list(chain(*rows)))
         except KeyboardInterrupt:
             finished = pd.DataFrame(chain(*rows), columns=list(names_of_columns))
-            raise Interrupted(
-                finished, f" after {sum(map(bool, rows))} of {total} wheels"
-            ) from None
+            words = f" after {_count_finished(rows)} of {total} wheels"
+            raise Interrupted(finished, words) from None
     return pd.DataFrame(chain(*rows), columns=list(names_of_columns))
+
+
+def _count_finished(rows: list[list[dict[str, Any]]]) -> int:
+    """Number of wheels that have rows."""
+    return sum(map(bool, rows))
+
+
+def _on_grids(file: CaseFile) -> bool:
+    """True if all cases are wheels that are solved on elements with `dx` or `dy`."""
+    return not file.fast and all(
+        isinstance(case, WheelOnRail) and (case.dx is not None or case.dy is not None)
+        for case in file.cases
+    )
+
+
+def _side_of(case: WheelOnRail | WheelSetOnTrack) -> str:
+    if isinstance(case, WheelOnRail):
+        return case.side
+    return "both"
 
 
 def _in_groups(
@@ -323,10 +371,14 @@ def _in_groups(
 
 def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
     """A few digits that identify one wheel with its settings."""
-    settings = [type(case.friction).__name__, file.options, file.archard] + ["fast"] * file.fast
+    settings = [type(case.friction).__name__, file.options, file.archard]
+    if file.fast:
+        settings.append("fast")
 
-    def plain(it: Any) -> Any:
-        return it.tolist() if isinstance(it, np.ndarray) else dataclasses.asdict(it)
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return value.tolist()
+        return dataclasses.asdict(value)
 
     described = json.dumps([plain(case), settings], sort_keys=True, default=plain)
     return hashlib.sha256(described.encode()).hexdigest()[:12]
@@ -341,9 +393,9 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
             raise of_another(
                 table.path, f"has a wheel that is not in the case file as it is now ({what})"
             )
-        known = kept[row["identity"]]
-        if not known or known[0]["position"] == row["position"]:
-            known.append(row)
+        own = kept[row["identity"]]
+        if not own or own[0]["position"] == row["position"]:
+            own.append(row)
     return [
         [{**row, "position": n} for row in kept[name]]
         for name, n in zip(names, numbers, strict=True)
@@ -360,7 +412,7 @@ def _rows(
     """The rows of a case of a `file`, `known` or not, which raises its error if it is alone."""
     at = case.position
     row: dict[str, Any] = {
-        "side": getattr(case, "side", "both"),
+        "side": _side_of(case),
         "y": at.y,
         "roll": at.roll,
         "yaw": at.yaw,
@@ -371,14 +423,18 @@ def _rows(
             found: Any = known
             if isinstance(known, VarcontactError):
                 raise known
-            if known is None:
-                found = case.estimate(**file.options) if file.fast else case.solve(**file.options)
-            else:
+            if known is not None:
                 warn(known, stacklevel=1)
+            elif file.fast:
+                found = case.estimate(**file.options)
+            else:
+                found = case.solve(**file.options)
     except VarcontactError as error:
         if alone:
             raise
-        outcome = "not converged" if isinstance(error, NotConverged) else "refused"
+        outcome = "refused"
+        if isinstance(error, NotConverged):
+            outcome = "not converged"
         return [{**row, "patch": 0, "outcome": outcome, "reason": str(error), "warnings": ""}]
     if solved is not None:
         solved(found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -43,7 +43,7 @@ NORMAL = 12.0
 ACROSS = 3
 """Panels beside each other in pictures of many positions."""
 ROW = 0.2625
-"""Height of a row of panels over positions, by the width of the page."""
+"""Height of a row of panels over positions, relative to the width of the page."""
 ROW_OF_SWEEP = 0.3
 """The same over a sweep, where each panel has its own axis."""
 CONTACTS = ("on_rail", "on_wheel")
@@ -70,19 +70,14 @@ def plot_profile(profile: Profile) -> Figure:
         above.set(ylabel="z [mm]", aspect="equal", title=profile.name or profile.kind)
         above.invert_yaxis()
         legend_below(above)
-        for side, place in (("track side", "left"), ("field side", "right")):
-            above.text(
-                0.01 if place == "left" else 0.99,
-                0.03,
-                side,
-                transform=above.transAxes,
-                ha=place,
-                color="0.4",
-            )
+        for side, x, place in (("track side", 0.01, "left"), ("field side", 0.99, "right")):
+            above.text(x, 0.03, side, transform=above.transAxes, ha=place, color="0.4")
         at = profile.running.sampled(STEP)
-        turned = profile.running.curvatures(at) * (1 if profile.kind == "rail" else -1)
+        curvatures = profile.running.curvatures(at)
+        if profile.kind == "wheel":
+            curvatures = -curvatures
         below.axhline(0, color="0.7", linewidth=0.8)
-        below.plot(profile.running.points(at)[:, 0], turned)
+        below.plot(profile.running.points(at)[:, 0], curvatures)
         below.set(xlabel="y [mm]", ylabel="curvature [1/mm], convex +")
         figure.draw_without_rendering()
     return figure
@@ -115,47 +110,58 @@ def _draw_profiles(ax: Axes, solution: WheelForces) -> None:
     normal forces.
     """
     case = solution.case
-    curves = [case.rail] if isinstance(case.rail, Curve) else case.rail.sections(0.0)
+    # rails and wheel
+    if isinstance(case.rail, Curve):
+        curves = [case.rail]
+    else:
+        curves = case.rail.sections(0.0)
     shapes = [curve.points(curve.sampled(STEP)) for curve in curves]
-    for shape in shapes:
-        ax.plot(*shape.T, color="0.25", label="rail" if shape is shapes[0] else None)
-    rail = np.concatenate(shapes)
+    for number, shape in enumerate(shapes):
+        label = "rail" if number == 0 else None
+        ax.plot(*shape.T, color="0.25", label=label)
     wheel = case.locus.points[:, 1:] + [0.0, solution.z]
     ax.plot(*wheel.T, color=colour(0), label="wheel")
+    # patches
     largest = max(float(each.force[2]) for each in solution.patches)
-    red = colour(3)
-    arrow = {"arrowstyle": "-|>", "color": red}
     for number, each in enumerate(solution.patches, 1):
-        frame = each.frame
-        if isinstance(each, PatchSolution):
-            rows, grid = np.flatnonzero(each.solution.pressure.max(axis=1) > 0), each.solution.grid
-            ends = grid.y[rows[[0, -1]]] + np.array([-0.5, 0.5]) * grid.sides[1]
-        else:
-            ends = each.ellipse.b * np.array([-1.0, 1.0])
-        line = frame.globally(np.array([[0.0, s, 0.0] for s in ends]))[:, 1:]
-        label = "contact patch" if number == 1 else None
-        ax.plot(*line.T, color=red, linewidth=4, solid_capstyle="butt", label=label)
-        foot, outwards = frame.origin[1:], -frame.normal[1:]
-        start = foot + NORMAL * float(each.force[2]) / largest * outwards
-        ax.annotate(
-            str(number),
-            tuple(foot),
-            tuple(start),
-            color=red,
-            ha="center",
-            va="center",
-            arrowprops=arrow,
-        )
-    low, high = rail[:, 0].min(), rail[:, 0].max()
+        _draw_patch(ax, each, number, NORMAL * float(each.force[2]) / largest)
+    y, z = np.concatenate(shapes).T
+    place = f"y = {case.position.y:.4g} mm, yaw = {1e3 * case.position.yaw:.4g} mrad"
     ax.set(
-        xlim=(low - 5, high + 5),
-        ylim=(rail[:, 1].max() * 0.6, rail[:, 1].min() - 18),
+        xlim=(y.min() - 5, y.max() + 5),
+        ylim=(z.max() * 0.6, z.min() - 18),
         aspect="equal",
         xlabel="y, to the right [mm]",
         ylabel="z, downwards [mm]",
-        title=f"{case.side.capitalize()} wheel, y = {case.position.y:.4g} mm, yaw = {1e3 * case.position.yaw:.4g} mrad",
+        title=f"{case.side.capitalize()} wheel, {place}",
     )
     legend_below(ax)
+
+
+def _draw_patch(ax: Axes, patch: Any, number: int, length: float) -> None:
+    """The line of a patch, and its normal force as an arrow of a length [mm]."""
+    if isinstance(patch, PatchSolution):
+        grid = patch.solution.grid
+        rows = np.flatnonzero(patch.solution.pressure.max(axis=1) > 0)
+        ends = grid.y[rows[[0, -1]]] + np.array([-0.5, 0.5]) * grid.sides[1]
+    else:
+        ends = patch.ellipse.b * np.array([-1.0, 1.0])
+    frame = patch.frame
+    line = frame.globally(np.array([[0.0, s, 0.0] for s in ends]))[:, 1:]
+    label = "contact patch" if number == 1 else None
+    red = colour(3)
+    ax.plot(*line.T, color=red, linewidth=4, solid_capstyle="butt", label=label)
+    foot = frame.origin[1:]
+    outwards = -frame.normal[1:]
+    ax.annotate(
+        str(number),
+        tuple(foot),
+        tuple(foot + length * outwards),
+        color=red,
+        ha="center",
+        va="center",
+        arrowprops={"arrowstyle": "-|>", "color": red},
+    )
 
 
 def plot_wheel_set(solution: WheelSetSolution) -> Figure:
@@ -175,18 +181,18 @@ def plot_positions(table: pd.DataFrame) -> Figure:
     `table` is that of `varcontact.wheel_rail.case_file.solve_cases`.
     """
     solved = table[table["outcome"] == "solved"]
-    over, words = (
-        ("y", "Lateral displacement [mm]")
-        if solved["y"].nunique() > 1
-        else ("position", "Position")
-    )
+    over = "position"
+    label = "Position"
+    if solved["y"].nunique() > 1:
+        over = "y"
+        label = "Lateral displacement [mm]"
     panels = panels_of("positions")
     rows = math.ceil(len(panels) / ACROSS)
     with styled():
         figure, axes = new_figure(rows, ACROSS, (PAGE, rows * ROW * PAGE), sharex=True)
         _draw_panels(axes, solved, over, panels)
         for ax in axes[-ACROSS:]:
-            ax.set_xlabel(words)
+            ax.set_xlabel(label)
         legend_below(axes[-2], columns=4)
         figure.draw_without_rendering()
     return figure
@@ -203,20 +209,24 @@ def _draw_panels(
         assert panel is not None
         for i, (side, of_side) in enumerate(rows.groupby("side")):
             for patch, each in of_side.groupby("patch"):
-                line = "o-" if patch == 1 else "^:"
-                which = f"{side} wheel" if patch == 1 else f"{side} wheel, patch {patch}"
+                line = "o-"
+                label = f"{side} wheel"
+                if patch != 1:
+                    line = "^:"
+                    label = f"{side} wheel, patch {patch}"
+                bars = None
                 error = each.get(quantity.error_column)
-                bars = None if error is None or error.isna().all() else panel.factor * error
-                at, values = each[over], panel.factor * each[quantity.name]
+                if error is not None and not error.isna().all():
+                    bars = panel.factor * error
                 ax.errorbar(
-                    at,
-                    values,
+                    each[over],
+                    panel.factor * each[quantity.name],
                     bars,
                     fmt=line,
                     color=colour(i),
                     markersize=3,
                     capsize=2,
-                    label=which,
+                    label=label,
                 )
         ax.set_ylabel(panel.label)
     for ax in axes[len(panels) :]:
@@ -227,17 +237,17 @@ def plot_wear(worn: Wear) -> Figure:
     """Friction power by area of each patch, and the depth of wear across it where there is a
     law.
     """
-    columns = 2 if worn.patches[0].archard is not None else 1
+    columns = 1
+    if worn.patches[0].archard is not None:
+        columns = 2
     with styled():
         figure, axes = new_figure(
             len(worn.patches), columns, (PAGE * columns / 2, 2.8 * len(worn.patches))
         )
         for i, each in enumerate(worn.patches):
-            ax, grid, contact = (
-                axes[columns * i],
-                each.solved.solution.grid,
-                each.solved.solution.pressure > 0,
-            )
+            ax = axes[columns * i]
+            grid = each.solved.solution.grid
+            contact = each.solved.solution.pressure > 0
             shown = np.where(contact, each.power_by_area, np.nan)
             image = ax.imshow(
                 shown, origin="lower", extent=grid.box, cmap="inferno_r", aspect="equal"
@@ -253,7 +263,8 @@ def plot_wear(worn: Wear) -> Figure:
                 title=f"Patch {i + 1}: T-gamma {each.t_gamma:.4g} N, {each.power:.4g} W",
             )
             if each.archard is not None:
-                ax, depth = axes[columns * i + 1], 1e6 * each.depth
+                ax = axes[columns * i + 1]
+                depth = 1e6 * each.depth
                 ax.plot(depth, grid.y)
                 ax.set(
                     xlim=(min(0.0, float(depth.min())), None),
@@ -277,7 +288,8 @@ def plot_wheel_sets(swept: xr.Dataset, case: WheelSetOnTrack | None = None) -> F
         raise SceneError("swept", entries, "a sweep over one entry: take the others by sel(...)")
     (entry,) = entries
     rows = swept.to_dataframe().reset_index().dropna(subset="FN")
-    cosine, sine = np.abs(np.cos(rows["angle"])), np.abs(np.sin(rows["angle"]))
+    cosine = np.abs(np.cos(rows["angle"]))
+    sine = np.abs(np.sin(rows["angle"]))
     rows["error_track_Fx"] = rows["error_Fx"]
     rows["error_track_Fy"] = cosine * rows["error_Fs"] + sine * rows["error_FN"]
     rows["error_track_Fz"] = sine * rows["error_Fs"] + cosine * rows["error_FN"]

@@ -83,7 +83,8 @@ class PatchSolution:
         Those of the tangential forces on the grid, and what the error of the normal force changes
         in them.
         """
-        estimate, share = self.solution.error_estimate, self.normal_error
+        estimate = self.solution.error_estimate
+        share = self.normal_error
         if estimate is None or share is None:
             return np.full(3, np.nan)
         limit = units(self.solution)
@@ -105,8 +106,10 @@ class PatchSolution:
         """Moment about x and y of the frame's origin, (Mx, My, 0) [N mm]: in a plane that of the
         pressure alone.
         """
-        grid, surface = self.solution.grid, self.solution.scene.surface
-        tangential, normal = self.solution.traction, self.solution.pressure
+        grid = self.solution.grid
+        surface = self.solution.scene.surface
+        tangential = self.solution.traction
+        normal = self.solution.pressure
         if isinstance(surface, SampledDistance):
             tangential, normal = surface.along_axes(grid, tangential, normal)
         force = np.concatenate([tangential, normal[None]]) * grid.area
@@ -120,7 +123,8 @@ class PatchSolution:
         """
         from scipy.integrate import cumulative_trapezoid
 
-        surface, along = self.solution.scene.surface, self.solution.grid.y
+        surface = self.solution.scene.surface
+        along = self.solution.grid.y
         if not isinstance(surface, SampledDistance) or surface.inclination is None:
             return along, np.zeros(along.size)
         angle = surface.inclination_at(self.solution.grid)
@@ -144,7 +148,8 @@ class PatchSolution:
         That of the grid, and what the error of the normal force changes: the
         peak of Hertz's contact grows by the power 1/3 of the force.
         """
-        estimate, share = self.solution.error_estimate, self.normal_error
+        estimate = self.solution.error_estimate
+        share = self.normal_error
         if estimate is None or share is None:
             return np.nan
         return estimate.bars.get("peak_pressure", np.nan) + share / 3 * self.peak_pressure
@@ -153,7 +158,9 @@ class PatchSolution:
     def half_width(self) -> float:
         """Half the width of the contact across the rail [mm]."""
         rows = np.flatnonzero(self.solution.pressure.max(axis=1) > 0)
-        return float(rows[-1] - rows[0] + 1) * self.solution.grid.sides[1] / 2 if rows.size else 0.0
+        if not rows.size:
+            return 0.0
+        return float(rows[-1] - rows[0] + 1) * self.solution.grid.sides[1] / 2
 
     def plot(self) -> Figure:
         """Pressure, tractions and the section along x."""
@@ -168,7 +175,7 @@ def forces_in_words(names: str, values: np.ndarray, errors: np.ndarray) -> str:
 
 @dataclass(frozen=True, eq=False)
 class WheelForces:
-    """What solutions and estimates of wheels on rails, and of wheel sets, have in common."""
+    """Members of solutions and estimates of wheels on rails, and of wheel sets."""
 
     case: Any
     z: float
@@ -176,8 +183,10 @@ class WheelForces:
 
     def __repr__(self) -> str:
         Fx, Fy, Fz = self.force
+        count = len(self.patches)
+        patches = "1 patch" if count == 1 else f"{count} patches"
         return (
-            f"{type(self).__name__}({self.case.side} wheel, {len(self.patches)} patch{'es' * (len(self.patches) > 1)}, "
+            f"{type(self).__name__}({self.case.side} wheel, {patches}, "
             f"force=({Fx:.6g}, {Fy:.6g}, {Fz:.6g}), z={self.z:.6g})"
         )
 
@@ -320,7 +329,8 @@ class WheelRailSolution(WheelForces, Reported):
         --------
         >>> from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
         >>> case = WheelOnRail(
-        ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+        ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40),
+        ...     wheelset=WheelSet(wheel=Profile.s1002()),
         ...     position=Position(y=3.0), vertical_force=80e3)
         >>> print(case.solve(accuracy=0.02).report().splitlines()[1])
         forces on the rail: Fx = -13.91 +- 0.13 kN, Fy = 1.84 +- 0.20 kN, Fz = 80 kN
@@ -339,13 +349,11 @@ class WheelRailSolution(WheelForces, Reported):
             each = worn.solved
             bound = each.solution.certificate.force_bound
             if np.isfinite(bound[:2]).all():
-                lines.append(
-                    f"  guaranteed on this grid: Fx within {bound[0]:.1e} N, Fs within {bound[1]:.1e} N"
-                )
+                within = f"Fx within {bound[0]:.1e} N, Fs within {bound[1]:.1e} N"
+                lines.append(f"  guaranteed on this grid: {within}")
             if each.solution.error_estimate is None:
-                lines.append(
-                    "  no estimate of the error against the continuum: give an accuracy instead of a grid"
-                )
+                reason = "no estimate of the error against the continuum"
+                lines.append(f"  {reason}: give an accuracy instead of a grid")
         return "\n".join(lines)
 
     def plot(self) -> Figure:
@@ -415,11 +423,9 @@ class PatchWear:
         """Estimated error of T-gamma, and so of the friction work, from those of the forces [N];
         NaN without them.
         """
-        rolled, error, estimate = (
-            self.solved.patch.creepage,
-            self.solved.error,
-            self.solved.solution.error_estimate,
-        )
+        rolled = self.solved.patch.creepage
+        error = self.solved.error
+        estimate = self.solved.solution.error_estimate
         if estimate is None:
             return np.nan
         turned = estimate.errors.get("Mz", 0.0) * units(self.solved.solution).get("Mz", 0.0)
@@ -494,10 +500,12 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
     --------
     >>> from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
     >>> case = WheelOnRail(
-    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40),
+    ...     wheelset=WheelSet(wheel=Profile.s1002()),
     ...     position=Position(y=3.0, yaw=0.003), vertical_force=80e3, dx=1.0, dy=1.0)
     >>> worn = wear(case.solve(), Archard(k=3e-4, hardness=3000.0))
-    >>> print(f"T-gamma = {worn.t_gamma:.1f} N, {1e6 * worn.patches[0].depth.max():.2f} nm by a passage")
+    >>> depth = worn.patches[0].depth.max()
+    >>> print(f"T-gamma = {worn.t_gamma:.1f} N, {1e6 * depth:.2f} nm by a passage")
     T-gamma = 79.0 N, 5.53 nm by a passage
     """
     checks.kind("found", found, WheelRailSolution)
@@ -506,12 +514,15 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
         warn(plausibility.of_hardness(archard.hardness), stacklevel=2)
     patches = []
     for each in found.patches:
-        solution, rolled = each.solution, each.patch.creepage
+        solution = each.solution
+        rolled = each.patch.creepage
         area = float(np.count_nonzero(solution.pressure > 0) * solution.grid.area)
-        t_gamma, density = solution.power, solution.power_density
-        f = np.asarray(
-            solution.scene.friction if solution.friction is None else solution.friction, dtype=float
-        )
+        t_gamma = solution.power
+        density = solution.power_density
+        friction: Any = solution.friction
+        if friction is None:
+            friction = solution.scene.friction
+        f = np.asarray(friction, dtype=float)
         with np.errstate(divide="ignore", invalid="ignore"):
             sliding = np.where(f > 0, density / f, solution.pressure * np.hypot(*solution.slip))
         worn = PatchWear(

@@ -55,7 +55,7 @@ from varcontact.wheel_rail.wheel_on_elements import (
 
 SIDE_BY_SIDE = 32
 """Parts of a sweep whose tractions are solved for at a time."""
-LEAP = 0.1
+LARGEST_CHANGE = 0.1
 """Change of the depth between positions, relative, from which the next one is not expected to
 follow it."""
 TARGETS = ("accuracy", "time_budget")
@@ -108,12 +108,7 @@ def solve_wheels_on_rails(
     """
     methods["certify"] = certify
     together = len(cases) > 1 and methods.keys().isdisjoint(("tangential", "method", "formulation"))
-    order = sorted(range(len(cases)), key=lambda k: cases[k].side)
-    parts = np.array_split(order, min(SIDE_BY_SIDE, len(cases))) if cases else []
-    going = []
-    for part in parts:
-        own_cases = {k: cases[k] for k in part.tolist()}
-        going.append(_Series(own_cases, tol, methods, on_first))
+    going = [_Series(part, tol, methods, on_first) for part in _parts(cases)]
     while going:
         # pressures at the next height of each
         proposed: list[list[ContactOnGrid]] = []
@@ -130,6 +125,15 @@ def solve_wheels_on_rails(
                 each.learn([settled.pop(0) for _ in own])
             yield from each.new_answers()
         going = [each for each in going if not each.done]
+
+
+def _parts(cases: Sequence[WheelGeometry]) -> list[dict[int, WheelGeometry]]:
+    """Cases by their numbers in parts that are solved side by side, those of one side together."""
+    if not cases:
+        return []
+    order = sorted(range(len(cases)), key=lambda k: cases[k].side)
+    parts = np.array_split(order, min(SIDE_BY_SIDE, len(cases)))
+    return [{k: cases[k] for k in part.tolist()} for part in parts]
 
 
 @contextmanager
@@ -226,7 +230,7 @@ class _Series:
             self._answer(solution, wheel.operators)
 
     def _refuse(self, error: VarcontactError) -> None:
-        """The error as the answer, or the solution in a plane where there is none on a curved one."""
+        """The error as the answer, or the solution in a plane where a curved surface has none."""
         flat = self._in_plane
         if flat is not None and isinstance(error, NotConverged | SceneError):
             # a profile that turns too fast or is too rough: the warning tells
@@ -239,7 +243,7 @@ class _Series:
         """A solution, and from there the start of the next wheel: as much deeper again."""
         depth = solution.z - solution.case.touching
         deeper = depth - self._depth
-        if abs(deeper) >= LEAP * depth:
+        if abs(deeper) >= LARGEST_CHANGE * depth:
             deeper = 0.0
         self._depth = depth
         self._start = Start(solution, deeper, operators)
@@ -275,7 +279,10 @@ def _check_methods(case: WheelGeometry, methods: dict[str, Any], theory: bool) -
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], "left out: it is for histories of steps")
     if case.conformal is True and theory:
-        reason = "tangential: theories are for ellipses in a plane; leave it out, or give conformal = False"
+        reason = (
+            "tangential: theories are for ellipses in a plane; "
+            "leave it out, or give conformal = False"
+        )
         raise SceneError("tangential", methods["tangential"], message=reason)
     target = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
     if target:
@@ -332,7 +339,7 @@ def _first(
 
 
 def _deadline(target: Target, started: float, few: bool) -> float:
-    """When solvers end within a time; a few coarse grids may take longer."""
+    """The clock at which solvers end within a time; a few coarse grids may take longer."""
     if target.time_budget is None:
         return math.inf
     return started + TIME_BUDGETS_MAX * target.time_budget + (COARSEST_SECONDS if few else 0.0)

@@ -29,9 +29,9 @@ KEYS_OF = {"axle": KEYS[:1], "wheel": KEYS[:2], "patch": KEYS}
 
 
 def _of_wheel_sets(given: Mapping[str, Any]) -> tuple[str, ...]:
-    return checks.options_of(
-        WheelSetOnTrack.estimate if given.get("fast") is True else WheelSetOnTrack.solve
-    )
+    if given.get("fast") is True:
+        return checks.options_of(WheelSetOnTrack.estimate)
+    return checks.options_of(WheelSetOnTrack.solve)
 
 
 @checks.named_options(_of_wheel_sets)
@@ -74,8 +74,8 @@ def sweep_wheel_sets(
     -------
     xarray.Dataset
         Over the entries, "side" and "patch", with units; NaN where there is no
-        patch, or where `outcome` is not "solved" (`reason` says why). What was
-        found of entries that vary is in ``found_y`` and others.
+        patch, or where `outcome` is not "solved" (`reason` says why). Results
+        for entries that vary are in ``found_y`` and others.
 
     Raises
     ------
@@ -88,52 +88,71 @@ def sweep_wheel_sets(
     --------
     >>> from varcontact.wheel_rail import Profile, Track, WheelSet, WheelSetOnTrack
     >>> case = WheelSetOnTrack(
-    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
-    ...     vertical_force=160e3)
-    >>> found = sweep_wheel_sets(case, {"position.y": [-3.0, 0.0, 3.0], "friction": [0.1, 0.4]}, fast=True)
+    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40),
+    ...     wheelset=WheelSet(wheel=Profile.s1002()), vertical_force=160e3)
+    >>> over = {"position.y": [-3.0, 0.0, 3.0], "friction": [0.1, 0.4]}
+    >>> found = sweep_wheel_sets(case, over, fast=True)
     >>> dict(found["T_gamma"].sizes), found["T_gamma"].units
     ({'position.y': 3, 'friction': 2, 'side': 2, 'patch': 1}, 'N')
     >>> print(found["T_gamma"].sel(side="right", patch=1, friction=0.4).values.round(1))
     [10.4  2.5 14.2]
     """
     xr = imported("xarray")
-    if isinstance(cases, WheelSetOnTrack):
-        named = {"": cases}
-    elif (
-        isinstance(cases, Mapping)
-        and cases
-        and all(isinstance(each, WheelSetOnTrack) for each in cases.values())
-    ):
-        named = {str(name): case for name, case in cases.items()}
-    else:
-        raise SceneError("cases", cases, "a WheelSetOnTrack, or a mapping of them by name")
+    named = _cases_by_name(cases)
     if archard is not None:
         checks.kind("archard", archard, Archard, ArchardMap)
     fast = checks.flag("fast", fast)
+    # all combinations of values, and the table of their solutions
     values = varied_values(over, numbers=False)
     points = [dict(zip(values, at, strict=True)) for at in product(*values.values())]
     made = [changed(case, point, "wheel set") for case in named.values() for point in points]
     file = CaseFile(tuple(made), tuple(range(1, len(made) + 1)), methods, archard, fast)
     table = solve_cases(file, store, progress, workers=workers, executor=executor)
-    coordinates: dict[str, Any] = ({} if "" in named else {"case": list(named)}) | values
-    shape = tuple(len(each) for each in coordinates.values())
+    # dimensions of the dataset
+    coordinates: dict[str, Any] = dict(values)
+    if "" not in named:
+        coordinates = {"case": list(named)} | coordinates
     patches = max(1, int(table["patch"].max()))
     places = {"side": ["left", "right"], "patch": np.arange(1, patches + 1)}
-    whole: dict[str, Any] = {"position": file.numbers, **places}
+    columns = _columns(table, coordinates, {"position": file.numbers, **places})
+    return xr.Dataset(columns, coords=coordinates | places)
+
+
+def _cases_by_name(cases: Any) -> dict[str, WheelSetOnTrack]:
+    """The cases of a mapping, or a single one without a name."""
+    if isinstance(cases, WheelSetOnTrack):
+        return {"": cases}
+    allowed = "a WheelSetOnTrack, or a mapping of them by name"
+    if not isinstance(cases, Mapping) or not cases:
+        raise SceneError("cases", cases, allowed)
+    if not all(isinstance(each, WheelSetOnTrack) for each in cases.values()):
+        raise SceneError("cases", cases, allowed)
+    return {str(name): case for name, case in cases.items()}
+
+
+def _columns(
+    table: pd.DataFrame, coordinates: dict[str, Any], places: dict[str, Any]
+) -> dict[str, Any]:
+    """Texts and quantities over the coordinates; `places` has all values of the keys of rows."""
     columns: dict[str, Any] = {}
+    shape = tuple(len(each) for each in coordinates.values())
     for name in quantities.TEXTS:
-        texts = _filled(table, name, {"position": file.numbers}).astype(str)
+        texts = _filled(table, name, {"position": places["position"]}).astype(str)
         columns[name] = (tuple(coordinates), texts.reshape(shape))
     solved = table[table["outcome"] == "solved"]
     for quantity in quantities.QUANTITIES:
         keys = KEYS_OF[quantity.of]
         rows = table if quantity.of == "axle" else solved
-        column = _filled(rows, quantity.name, {key: whole[key] for key in keys}).astype(float)
-        name = f"found_{quantity.name}" if quantity.name in coordinates else quantity.name
-        units = {"units": quantity.unit} if quantity.unit else {}
+        column = _filled(rows, quantity.name, {key: places[key] for key in keys}).astype(float)
+        name = quantity.name
+        if name in coordinates:
+            name = f"found_{name}"
+        units = {}
+        if quantity.unit:
+            units["units"] = quantity.unit
         dimensions = (*coordinates, *keys[1:])
         columns[name] = (dimensions, column.reshape(*shape, *column.shape[1:]), units)
-    return xr.Dataset(columns, coords=coordinates | places)
+    return columns
 
 
 def _filled(rows: pd.DataFrame, name: str, keys: Mapping[str, Any]) -> np.ndarray:

@@ -167,7 +167,8 @@ def estimate_wheel_on_rail(
 ) -> FastWheel:
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
     check_sides(case.track.profile, stacklevel=5)
-    normal, tol = checks.choice("normal", normal, NORMAL), checks.positive("tol", tol)
+    normal = checks.choice("normal", normal, NORMAL)
+    tol = checks.positive("tol", tol)
     formula_of(tangential, {name: value for name, value in options.items() if name != "slope"})
     case.friction_at(0.0)  # refused if it is a law
 
@@ -188,10 +189,8 @@ def pressed(case: WheelGeometry, z: float, normal: str) -> FastWheel:
     for group in joined(case.locus.overlaps(z), case.join):
         tangent = tangent_of(group, case.rail)
         approach = max(float(each.depth.max()) for each in group) * float(np.cos(tangent.angle))
-        creepage, ellipse = (
-            case.creepage(tangent.frame, approach, z),
-            fast_ellipse(case, group, z, normal),
-        )
+        creepage = case.creepage(tangent.frame, approach, z)
+        ellipse = fast_ellipse(case, group, z, normal)
         force = np.array([0.0, 0.0, ellipse.normal_force])
         patches.append(
             FastPatch(tangent.frame, tangent.angle, creepage, approach, ellipse, force, 0.0)
@@ -208,66 +207,83 @@ def rolling(
     """The wheel with the creep forces at its velocity, or at another one, by a theory with its
     `options`.
     """
-    case, patches = wheel.case, []
+    case = wheel.case
     if velocity is not None:
         case = replace(case, velocity=velocity)
+    patches = []
     for each in wheel.patches:
-        rolled = (
-            each.creepage if velocity is None else case.creepage(each.frame, each.approach, wheel.z)
-        )
-        friction, pressing = case.friction_at(each.angle), each.ellipse.normal_force
+        creepage = each.creepage
+        if velocity is not None:
+            creepage = case.creepage(each.frame, each.approach, wheel.z)
+        friction = case.friction_at(each.angle)
+        normal_force = each.ellipse.normal_force
         Fx = Fy = moment = 0.0
         if friction != 0:
-            given: dict[str, Any] = {
+            arguments: dict[str, Any] = {
                 "a": each.ellipse.a,
                 "b": each.ellipse.b,
-                "normal_force": pressing,
+                "normal_force": normal_force,
+                "vx": creepage.vx,
+                "vy": creepage.vy,
+                "spin": creepage.spin,
+                "friction": friction,
             }
-            given |= {"vx": rolled.vx, "vy": rolled.vy, "spin": rolled.spin, "friction": friction}
-            forces = creep_forces(tangential, bodies=case.bodies, **given | options)
-            Fx, Fy, moment = forces.Fx, forces.Fy, forces.Mz
-        patches.append(
-            replace(each, creepage=rolled, force=np.array([Fx, Fy, pressing]), moment=moment)
-        )
+            forces = creep_forces(tangential, bodies=case.bodies, **arguments | options)
+            Fx = forces.Fx
+            Fy = forces.Fy
+            moment = forces.Mz
+        force = np.array([Fx, Fy, normal_force])
+        patches.append(replace(each, creepage=creepage, force=force, moment=moment))
     return FastWheel(case, wheel.z, tuple(patches))
 
 
 def fast_ellipse(case: WheelGeometry, group: list[Overlap], z: float, normal: str) -> Ellipse:
-    """The ellipse of a patch by either method, from the circle that is deepest in the rail."""
+    """The ellipse of a patch by one of the methods, from the circle that is deepest in the rail."""
     deepest = max(group, key=lambda each: each.depth.max())
     k = int(deepest.depth.argmax())
-    approach, point = float(deepest.depth[k]), deepest.points[k]
+    approach = float(deepest.depth[k])
+    point = deepest.points[k]
     circle = deepest.run.start + k
-    angle, radius = (
-        float(deepest.locus.angles[circle]),
-        float(deepest.locus.curvature_radii[circle]),
-    )
+    angle = float(deepest.locus.angles[circle])
+    radius = float(deepest.locus.curvature_radii[circle])
     if normal == "hertz":
-        if not isinstance(case.rail, Curve):
-            raise SceneError(
-                "normal", "hertz", message='normal = "hertz": it is for one profile; take the other'
-            )
-        on_rail = case.track.on_rail(point[1:], case.side)
-        on_wheel = case.on_wheel(point, case.body(z))
-        bent = float(
-            case.track.profile.curvature_at(on_rail[0])
-            + case.wheelset.profile.curvature_at(on_wheel[0])
-        )
-        if not bent > 0:
-            reason = f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other; take another"
-            raise SceneError("normal", "hertz", message=reason)
-        found = hertz(
+        bent = _relative_curvature(case, point, z)
+        contact = hertz(
             radius / np.cos(angle), 1 / bent, case.bodies, approach=approach * np.cos(angle)
         )
-        return Ellipse(found.a, found.b, found.force, found.peak_pressure)
+        return Ellipse(contact.a, contact.b, contact.force, contact.peak_pressure)
     # with the circles beside, which are above the rail, and those between separate overlaps, which
     # count together
     whole = overlap(deepest.locus, slice(group[0].run.start - 1, group[-1].run.stop + 1), z)
     across = (whole.surface - deepest.surface[k]) @ np.array([np.cos(angle), np.sin(angle)])
     if (np.diff(across) <= 0).any():
         raise too_rough(float(point[1]))
-    by = _by_virtual_penetration if normal == "virtual-penetration" else _by_hertz_of_each_strip
-    return by(case, across, whole.depth, approach, angle, radius)
+    if normal == "virtual-penetration":
+        return _by_virtual_penetration(case, across, whole.depth, approach, angle, radius)
+    return _by_hertz_of_each_strip(case, across, whole.depth, approach, angle, radius)
+
+
+def _relative_curvature(case: WheelGeometry, point: np.ndarray, z: float) -> float:
+    """Sum of the curvatures of both profiles at a point [1/mm], which Hertz's contact needs
+    positive.
+    """
+    if not isinstance(case.rail, Curve):
+        raise SceneError(
+            "normal", "hertz", message='normal = "hertz": it is for one profile; take the other'
+        )
+    on_rail = case.track.on_rail(point[1:], case.side)
+    on_wheel = case.on_wheel(point, case.body(z))
+    curvature = float(
+        case.track.profile.curvature_at(on_rail[0])
+        + case.wheelset.profile.curvature_at(on_wheel[0])
+    )
+    if not curvature > 0:
+        reason = (
+            f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other; "
+            "take another"
+        )
+        raise SceneError("normal", "hertz", message=reason)
+    return curvature
 
 
 def _by_virtual_penetration(
@@ -306,24 +322,30 @@ def _by_hertz_of_each_strip(
     radius: float,
 ) -> Ellipse:
     """See the module."""
-    cosine, A = float(np.cos(angle)), np.cos(angle) / (2 * radius)
-    z, k = (approach - depth) * cosine, int(np.abs(across).argmin())
+    cosine = float(np.cos(angle))
+    A = np.cos(angle) / (2 * radius)
+    z = (approach - depth) * cosine
     # from the lowest point of a parabola through the deepest circles
-    tilt, bend, spacing = (
-        z[k + 1] - z[k - 1],
-        z[k + 1] + z[k - 1],
-        (across[k + 1] - across[k - 1]) / 2,
-    )
-    across, lower = across + spacing * tilt / (2 * bend), tilt**2 / (8 * bend)
-    z, delta = z + lower, approach * cosine + lower
+    k = int(np.abs(across).argmin())
+    tilt = z[k + 1] - z[k - 1]
+    bend = z[k + 1] + z[k - 1]
+    spacing = (across[k + 1] - across[k - 1]) / 2
+    across = across + spacing * tilt / (2 * bend)
+    lower = tilt**2 / (8 * bend)
+    z = z + lower
+    delta = approach * cosine + lower
     far = np.abs(np.arange(z.size) - k) > NEAR
     if not far.any():  # a patch of few circles
-        found = hertz(1 / (2 * A), spacing**2 / bend, case.bodies, approach=float(delta))
-        return Ellipse(found.a, found.b, found.force, found.peak_pressure)
+        contact = hertz(1 / (2 * A), spacing**2 / bend, case.bodies, approach=float(delta))
+        return Ellipse(contact.a, contact.b, contact.force, contact.peak_pressure)
+    # Hertz's contact at each place across, for a force of 1
     B = np.interp(across, across[far], z[far] / across[far] ** 2)
-    G, nu, one = case.bodies.combined_G, case.bodies.combined_nu, np.ones(z.size)
-    a, b = semi_axes(one / (2 * A), 1 / (2 * B), G * one, nu * one, one)
-    unit = approaches(a, b, G * one, nu * one, one)  # of a force of one, as a and b are
+    ones = np.ones(z.size)
+    G = case.bodies.combined_G * ones
+    nu = case.bodies.combined_nu * ones
+    a, b = semi_axes(ones / (2 * A), 1 / (2 * B), G, nu, ones)
+    unit = approaches(a, b, G, nu, ones)
+    # strips with these half lengths and pressures
     step, s, half = _strips(across, (delta - unit / (B * b**2) * z) * a**2 / unit, 3)
     return _alike(step, half, float(half.max()), np.interp(s, across, 1.5 / (np.pi * a**2 * b)))
 
@@ -352,10 +374,10 @@ def _strips(
 
 def _alike(step: float, half: np.ndarray, longest: float, by_length: np.ndarray) -> Ellipse:
     """The ellipse of the same area and length by width, from pressures by half lengths."""
-    area, width = step * float(np.sum(2 * half)), step * half.size
-    a, b = (
-        np.sqrt(area * 2 * longest / (np.pi * width)),
-        np.sqrt(area * width / (np.pi * 2 * longest)),
-    )
-    force, peak = step * np.pi / 2 * float(by_length @ half**2), float((by_length * half).max())
+    area = step * float(np.sum(2 * half))
+    width = step * half.size
+    a = np.sqrt(area * 2 * longest / (np.pi * width))
+    b = np.sqrt(area * width / (np.pi * 2 * longest))
+    force = step * np.pi / 2 * float(by_length @ half**2)
+    peak = float((by_length * half).max())
     return Ellipse(float(a), float(b), force, peak)

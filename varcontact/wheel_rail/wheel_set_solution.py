@@ -149,7 +149,8 @@ class WheelSetSolution(WheelForces):
         """
         wheel = getattr(self, side).case
         steepest = _flange_angle(wheel.wheelset.profile)
-        f, slope = wheel.friction_at(-SIGN[side] * steepest), np.tan(steepest)
+        f = wheel.friction_at(-SIGN[side] * steepest)
+        slope = np.tan(steepest)
         return float(self.y_over_q(side) * (1 + f * slope) / (slope - f))
 
     def gravitational_stiffness(self) -> float:
@@ -186,23 +187,24 @@ class WheelSetSolution(WheelForces):
             "yaw_rate": moving.yaw_rate,
         }
         values |= {"z": self.z, "pitch_rate": moving.pitch_rate or 0.0, "speed": moving.speed}
-        found = [
+        unknowns = [
             f"{name} = {with_bar(values[name], each)}"
             for name, each in self.errors.items()
             if name in values
         ]
         lines = [
-            f"wheel set, y = {at.y:.6g} mm, roll = {at.roll:.4g}, yaw = {at.yaw:.4g}, z = {self.z:.6g} mm"
+            f"wheel set, y = {at.y:.6g} mm, roll = {at.roll:.4g}, yaw = {at.yaw:.4g}, "
+            f"z = {self.z:.6g} mm"
         ]
-        lines += [f"found: {', '.join(found)}"] if found else []
-        lines += [f"forces on the rails: {forces_in_words('Fx Fy Fz', self.force, self.error)}"]
+        if unknowns:
+            lines.append(f"found: {', '.join(unknowns)}")
+        lines.append(f"forces on the rails: {forces_in_words('Fx Fy Fz', self.force, self.error)}")
         for side in SIGN:
             wheel = getattr(self, side)
-            lines += (
-                wheel.report().splitlines()
-                if isinstance(wheel, WheelRailSolution)
-                else [repr(wheel)]
-            )
+            if isinstance(wheel, WheelRailSolution):
+                lines += wheel.report().splitlines()
+            else:
+                lines.append(repr(wheel))
             lines.append(f"{side}: Y/Q = {self.y_over_q(side):.4g}")
         return "\n".join(lines)
 
