@@ -72,8 +72,8 @@ class WheelSetSolution(WheelForces):
         return self.left, self.right
 
     def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
-        """See `WheelRailSolution.quantities`, with `archard` for wear; patches of the left wheel come
-        first.
+        """See `WheelRailSolution.quantities`, with `archard` for wear; patches of the left wheel
+        come first.
         """
         return [*self.left.quantities(archard), *self.right.quantities(archard)]
 
