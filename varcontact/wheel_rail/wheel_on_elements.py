@@ -20,8 +20,8 @@ from varcontact.solving.options import SolveOptions
 from varcontact.solving.solve import solve
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
+from varcontact.wheel_rail.patch_interaction import with_interaction
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
-from varcontact.wheel_rail.seams import weakened
 from varcontact.wheel_rail.wheel_geometry import ContactPatch, WheelGeometry
 
 ON_ELLIPSE = 32
@@ -202,12 +202,13 @@ def solved_alone(wheel: WheelOnElements) -> WheelRailSolution:
 
 
 def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
-    """The patches at a height, where those in parts have what each feels of the others."""
-    patches = case.patches(z, with_grid=with_grid)
-    return tuple(
-        replace(each, scene=weakened(each.scene, each.seams)) if each.seams else each
-        for each in patches
-    )
+    """The patches at a height, with the interaction of those that are parts of one."""
+    patches = []
+    for each in case.patches(z, with_grid=with_grid):
+        if each.seams:
+            each = replace(each, scene=with_interaction(each.scene, each.seams))
+        patches.append(each)
+    return tuple(patches)
 
 
 def _contacts(
@@ -249,7 +250,7 @@ def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_frictio
 
 
 def for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
-    """What concerns the normal problem alone."""
+    """The methods that concern the normal problem alone."""
     names = ("normal", "method", "accuracy")
     return {"certify": None} | {name: value for name, value in methods.items() if name in names}
 
@@ -258,14 +259,16 @@ def _by_theory(scene: Scene, methods: dict[str, Any]) -> Solution:
     """A patch by a theory, on an ellipse with its normal force."""
     normal = solve(replace(scene, motion=None, friction=None), **for_pressure(methods))
     # Hertz's contact with the same second moments, a^2/5 and b^2/5
-    grid, weights = normal.grid, normal.pressure / normal.pressure.sum()
+    grid = normal.grid
+    weights = normal.pressure / normal.pressure.sum()
     sides = []
     for axis, at, side in ((0, grid.x, grid.sides[0]), (1, grid.y, grid.sides[1])):
         along = weights.sum(axis=axis)
         sides.append(float(np.sqrt(5 * (along @ (at - along @ at) ** 2 + side**2 / 12))))
+    # a theory has one coefficient: the mean, weighted by the pressure
     f: Any = scene.friction
-    # a theory has one: the mean by the pressure
-    f = float(np.sum(weights * f)) if isinstance(f, np.ndarray) else f
+    if isinstance(f, np.ndarray):
+        f = float(np.sum(weights * f))
     hertz: dict[str, Any] = {
         "surface": Ellipse(*sides),
         "approach": None,

@@ -24,7 +24,7 @@ SEAM_TOL = 1e-6
 """Change of the distance that ends them, relative to the approach."""
 
 
-def weakened(scene: Scene, seams: Seams) -> Scene:
+def with_interaction(scene: Scene, seams: Seams) -> Scene:
     """The scene with the undeformed distance in which each part of a patch feels the others by the
     seams' weights.
 

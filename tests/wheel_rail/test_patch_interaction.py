@@ -11,8 +11,8 @@ import pytest
 import varcontact as vc
 from tests.wheel_rail.conditions import wheel
 from varcontact.elasticity.operators import influence_operator
-from varcontact.wheel_rail import seams
-from varcontact.wheel_rail.seams import weakened
+from varcontact.wheel_rail import patch_interaction
+from varcontact.wheel_rail.patch_interaction import with_interaction
 
 GRID = vc.Grid(nx=16, ny=40, dx=0.5, dy=0.5, x0=-4.0, y0=-10.0)
 BUMPS = np.minimum(
@@ -35,7 +35,7 @@ def pressure(scene):
 
 
 def solved(weight):
-    return pressure(weakened(scene(), ((0.0, weight),)))
+    return pressure(with_interaction(scene(), ((0.0, weight),)))
 
 
 def test_full_weight_is_one_half_space():
@@ -51,12 +51,12 @@ def test_no_weight_is_two_half_spaces():
     assert found.sum() > 1.1 * pressure(scene()).sum()
 
 
-@pytest.mark.parametrize("few", [seams.DENSE, 0])
+@pytest.mark.parametrize("few", [patch_interaction.DENSE, 0])
 def test_the_weight_multiplies_the_influence_between_the_parts(few, monkeypatch):
     """The conditions of contact with the weighted matrix itself, whichever method the rounds
     take.
     """
-    monkeypatch.setattr(seams, "DENSE", few)
+    monkeypatch.setattr(patch_interaction, "DENSE", few)
     found = solved(0.3).ravel()
     part = np.repeat(GRID.y > 0, GRID.nx)
     felt = np.where(part[:, None] == part, 1.0, 0.3)
@@ -71,7 +71,7 @@ def test_three_parts_feel_each_other_through_the_seams_between():
     bumps = np.min(
         [(GRID.y[:, None] - at) ** 2 / 40 + GRID.x**2 / 400 for at in (-7.0, 0.0, 7.0)], axis=0
     )
-    found = pressure(weakened(scene(bumps), ((-3.5, 0.0), (3.5, 1.0))))
+    found = pressure(with_interaction(scene(bumps), ((-3.5, 0.0), (3.5, 1.0))))
     first = pressure(scene(np.where(GRID.y[:, None] < -3.5, bumps, 1.0)))
     others = pressure(scene(np.where(GRID.y[:, None] > -3.5, bumps, 1.0)))
     assert found == pytest.approx(first + others, abs=1e-4 * found.max())
