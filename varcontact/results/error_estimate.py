@@ -1,4 +1,4 @@
-"""What a grid leaves open: an estimate of how far an answer is from the continuum."""
+"""Estimated error against the continuum: the distance that a grid leaves open."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Solve:
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """How far an answer is from the continuum, as far as can be told from the answer itself.
+    """Distance of an answer from the continuum, estimated from the answer itself.
 
     It is no bound, and says nothing of how exactly the grid's own equations are
     solved: that is the certificate's.
@@ -58,8 +58,8 @@ class ErrorEstimate:
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-    ...     motion=vc.Steady(vx=0.1))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...     friction=0.3, motion=vc.Steady(vx=0.1))
     >>> estimate = vc.solve(scene, accuracy=0.01).error_estimate
     >>> estimate.largest < 0.01
     True
@@ -75,16 +75,12 @@ class ErrorEstimate:
     bars: dict[str, float] = field(default_factory=dict)
 
     def _repr_html_(self) -> str:
-        rows = [
-            (
-                name,
-                f"{with_bar(value, self.bars.get(name, 0.0))}, error {self.errors.get(name, 0.0):.1e}",
-            )
-            for name, value in self.values.items()
-        ]
-        return preformatted(
-            in_rows("Estimated error against the continuum", [*rows, ("how", self.how)])
-        )
+        rows = []
+        for name, value in self.values.items():
+            measured = with_bar(value, self.bars.get(name, 0.0))
+            rows.append((name, f"{measured}, error {self.errors.get(name, 0.0):.1e}"))
+        rows.append(("how", self.how))
+        return preformatted(in_rows("Estimated error against the continuum", rows))
 
     @property
     def largest(self) -> float:
@@ -99,33 +95,31 @@ class ErrorEstimate:
         k : int
             Number of the step, from 0.
         """
-        parts: dict[str, Any] = {
-            part: {
+        parts: dict[str, Any] = {}
+        for part in BY_NAME:
+            parts[part] = {
                 name.removesuffix(f"[{k}]"): value
-                for name, value in named.items()
+                for name, value in getattr(self, part).items()
                 if name.endswith(f"[{k}]")
             }
-            for part, named in ((part, getattr(self, part)) for part in BY_NAME)
-        }
         return replace(self, **parts)
 
     @classmethod
     def of_history(cls, steps: Sequence[ErrorEstimate]) -> ErrorEstimate:
-        """That of a history, from those of its steps: each name with its step, as ``Fx[3]``.
+        """Estimate of a history from those of its steps: each name with its step, as ``Fx[3]``.
 
         Parameters
         ----------
         steps : sequence of ErrorEstimate
             One at least.
         """
-        parts: dict[str, Any] = {
-            part: {
+        parts: dict[str, Any] = {}
+        for part in BY_NAME:
+            parts[part] = {
                 f"{name}[{k}]": value
                 for k, step in enumerate(steps)
                 for name, value in getattr(step, part).items()
             }
-            for part in BY_NAME
-        }
         return replace(steps[0], **parts)
 
     def plain(self) -> dict[str, Any]:
@@ -154,8 +148,10 @@ def with_bar(value: float, bar: float) -> str:
         return f"{value:.6g}"
     digits = 1 - math.floor(math.log10(bar))
     if -4 <= digits <= 6:
-        return (
-            f"{round(value, digits):.{max(digits, 0)}f} +- {round(bar, digits):.{max(digits, 0)}f}"
-        )
-    size = max(1, 1 + digits + (math.floor(math.log10(abs(value))) if value else 0))
-    return f"{value:.{size}g} +- {bar:.2g}"
+        decimals = max(digits, 0)
+        return f"{round(value, digits):.{decimals}f} +- {round(bar, digits):.{decimals}f}"
+    power = 0
+    if value != 0:
+        power = math.floor(math.log10(abs(value)))
+    significant = max(1, 1 + digits + power)
+    return f"{value:.{significant}g} +- {bar:.2g}"

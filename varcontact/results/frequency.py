@@ -27,6 +27,8 @@ Receptance = Callable[[float], complex] | tuple[Any, Any] | None
 
 POLE_STEPS = 30
 """Steps in which a rational fit moves its poles."""
+POLE_REAL_TOL = 1e-9
+"""Imaginary part relative to the size of a pole below which it is real."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +61,8 @@ class FrequencyResponse:
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-    ...     motion=vc.Steady(vx=0.02), grid=vc.Grid(nx=12, ny=12))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...     friction=0.3, motion=vc.Steady(vx=0.02), grid=vc.Grid(nx=12, ny=12))
     >>> response = vc.solve(scene).frequency_response([0.5, 1.0])
     >>> print(response.of("Fx", "vx").round(2))
     [-2.57+1.84j -1.19+1.93j]
@@ -148,27 +150,21 @@ class FrequencyResponse:
         """
         from scipy.signal import StateSpace
 
-        order, V = (
-            checks.whole("order", order, 1, self.wave_number.size),
-            checks.positive("speed", speed),
-        )
+        order = checks.whole("order", order, 1, self.wave_number.size)
+        V = checks.positive("speed", speed)
         if "roughness" in inputs:
             raise SceneError(
                 "inputs", "roughness", "creepages and the load: roughness acts before it enters"
             )
         chosen = np.array([self.of(output, name) for output in outputs for name in inputs]).T
         poles, residues, direct = _rational(1j * self.wave_number, chosen, order)
-        A, b, c = np.zeros((order, order)), np.zeros(order), np.zeros((order, chosen.shape[1]))
-        for i, (pole, residue) in enumerate(zip(poles, residues, strict=True)):
-            A[i, i], b[i], c[i] = pole.real, float(pole.imag == 0), residue.real
-            if pole.imag > 0:  # its conjugate is the next
-                A[i, i + 1], A[i + 1, i], b[i] = pole.imag, -pole.imag, 2.0
-            elif pole.imag < 0:
-                c[i] = -residue.imag
-        one, shape = np.eye(len(inputs)), (len(outputs), len(inputs))
+        A, b, c = _real_system(poles, residues)
+        # as many copies of the poles' states as there are inputs
+        unit = np.eye(len(inputs))
+        shape = (len(outputs), len(inputs))
         C = np.moveaxis(c.reshape(order, *shape), 1, 0).reshape(shape[0], -1)
         return StateSpace(
-            V * np.kron(A, one), V * np.kron(b[:, None], one), C, direct.reshape(shape)
+            V * np.kron(A, unit), V * np.kron(b[:, None], unit), C, direct.reshape(shape)
         )
 
 
@@ -209,8 +205,9 @@ class HarmonicSolution:
     >>> import numpy as np
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=np.inf,
-    ...     motion=vc.Harmonic(wave_number=0.5, vx=1e-3), grid=vc.Grid(nx=32, ny=32))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...     friction=np.inf, motion=vc.Harmonic(wave_number=0.5, vx=1e-3),
+    ...     grid=vc.Grid(nx=32, ny=32))
     >>> print(f"{vc.solve(scene).Fx:.5f}")  # of the continuum -2.7667e-3 + 2.1160e-3 i
     -0.00280+0.00216j
     """
@@ -226,10 +223,10 @@ class HarmonicSolution:
 
 def harmonic_solution(scene: Scene, free_rolling: Any) -> HarmonicSolution:
     """Amplitudes under a `Harmonic`, about the contact in free rolling."""
-    problem, motion = linearise(free_rolling), scene.motion
-    ((_, responses),) = problem.responses(
-        problem.wave_numbers("motion.wave_number", motion.wave_number)
-    )
+    problem = linearise(free_rolling)
+    motion = scene.motion
+    k = problem.wave_numbers("motion.wave_number", motion.wave_number)
+    ((_, responses),) = problem.responses(k)
     creepages = np.array([motion.vx, motion.vy, motion.spin])[: len(problem.shifts)]
     changes = creepages @ responses[: len(creepages)]
     names, sums = problem.resultants()
@@ -243,36 +240,69 @@ def _rational(
     s: np.ndarray, values: np.ndarray, order: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Poles, residues (order, m) and direct parts (m,) of a fit of values (n, m) at s, with its
-    conjugate: real.
+    conjugate: real. Vector fitting, see `FrequencyResponse.state_space`.
     """
-    s, values = np.concatenate([s, s.conj()]), np.concatenate([values, values.conj()])
+    s = np.concatenate([s, s.conj()])
+    values = np.concatenate([values, values.conj()])
     sizes = np.abs(values).max(axis=0)
     values = values / np.where(sizes > 0, sizes, 1.0)
+    # first poles: weakly damped, spread over the frequencies
     highest = np.abs(s).max()
-    pairs = np.linspace(highest / order, highest, order // 2) * (1j - 0.01)
-    poles = np.concatenate([np.repeat(pairs, 2), np.full(order % 2, -highest / 2)])
-    poles[1 : 2 * pairs.size : 2] = pairs.conj()
+    upper = np.linspace(highest / order, highest, order // 2) * (1j - 0.01)
+    poles = np.concatenate([_with_conjugates(upper), np.full(order % 2, -highest / 2)])
     for _ in range(POLE_STEPS):
-        terms = 1 / (s[:, None] - poles)
-        free, _ = np.linalg.qr(np.column_stack([terms, np.ones(s.size)]))
-        both = np.concatenate(
-            [np.column_stack([value[:, None] * terms, value]) for value in values.T]
-        )
-        both = both.reshape(values.shape[1], s.size, -1)
-        both -= free @ (free.conj().T @ both)
-        both = both.reshape(-1, order + 1)
-        weights, *_ = np.linalg.lstsq(both[:, :-1], -both[:, -1])
-        found = np.linalg.eigvals(np.diag(poles) - weights)
-        found = -np.abs(found.real) + 1j * np.where(
-            np.abs(found.imag) > 1e-9 * np.abs(found), found.imag, 0.0
-        )
-        upper = found[found.imag > 0]
-        paired = np.repeat(upper, 2)
-        paired[1::2] = upper.conj()
-        poles = np.concatenate([paired, found[found.imag == 0]])
+        poles = _moved_poles(s, values, poles)
     terms = np.column_stack([1 / (s[:, None] - poles), np.ones(s.size)])
     fit, *_ = np.linalg.lstsq(terms, values)
     return poles, fit[:-1] * sizes, fit[-1].real * sizes
+
+
+def _with_conjugates(poles: np.ndarray) -> np.ndarray:
+    """Each pole, followed by its conjugate."""
+    pairs = np.repeat(poles, 2)
+    pairs[1::2] = poles.conj()
+    return pairs
+
+
+def _moved_poles(s: np.ndarray, values: np.ndarray, poles: np.ndarray) -> np.ndarray:
+    """Poles of the next step: the zeros of the weight ``1 + sum_k w_k/(s - poles_k)``, stable."""
+    terms = 1 / (s[:, None] - poles)
+    # least squares of the weights, with the residues and direct parts eliminated
+    free, _ = np.linalg.qr(np.column_stack([terms, np.ones(s.size)]))
+    columns = [np.column_stack([value[:, None] * terms, value]) for value in values.T]
+    system = np.concatenate(columns).reshape(values.shape[1], s.size, -1)
+    system -= free @ (free.conj().T @ system)
+    system = system.reshape(-1, poles.size + 1)
+    weights, *_ = np.linalg.lstsq(system[:, :-1], -system[:, -1])
+    # zeros are moved to the left half-plane, and come as conjugate pairs and real ones
+    zeros = np.linalg.eigvals(np.diag(poles) - weights)
+    oscillating = np.abs(zeros.imag) > POLE_REAL_TOL * np.abs(zeros)
+    zeros = -np.abs(zeros.real) + 1j * np.where(oscillating, zeros.imag, 0.0)
+    return np.concatenate([_with_conjugates(zeros[zeros.imag > 0]), zeros[zeros.imag == 0]])
+
+
+def _real_system(
+    poles: np.ndarray, residues: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Real matrix A (order, order), input b (order,) and outputs c (order, m) with these poles and
+    residues.
+    """
+    order = poles.size
+    A = np.zeros((order, order))
+    b = np.zeros(order)
+    c = np.zeros(residues.shape)
+    for i, (pole, residue) in enumerate(zip(poles, residues, strict=True)):
+        A[i, i] = pole.real
+        c[i] = residue.real
+        if pole.imag == 0:
+            b[i] = 1.0
+        elif pole.imag > 0:  # its conjugate is the next
+            A[i, i + 1] = pole.imag
+            A[i + 1, i] = -pole.imag
+            b[i] = 2.0
+        else:
+            c[i] = -residue.imag
+    return A, b, c
 
 
 @checks.named_options()
@@ -285,7 +315,7 @@ def corrugation_growth(
     track: Receptance = None,
     speed: Any = None,
 ) -> xr.Dataset:
-    """Growth of a corrugation ``r exp(i k X)`` of the rail by wavelength, by
+    """Growth of a corrugation ``r exp(i k X)`` of the rail over the wavelength, by
     the linear theory of small waves.
 
     Wear is taken in proportion to the work of friction (Archard): the height
@@ -333,8 +363,8 @@ def corrugation_growth(
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Cylinders(R=50.0, reference_depth=50.0), normal_force=0.01,
-    ...     friction=0.3, motion=vc.Steady(Fx=-0.0015), grid=vc.Grid(nx=60))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Cylinders(R=50.0, reference_depth=50.0),
+    ...     normal_force=0.01, friction=0.3, motion=vc.Steady(Fx=-0.0015), grid=vc.Grid(nx=60))
     >>> found = vc.corrugation_growth(vc.solve(scene), [2.0, 4.0])
     >>> bool((found.growth < 0).all())  # without dynamics waves wear away
     True
@@ -343,71 +373,34 @@ def corrugation_growth(
 
     checks.kind("sol", sol, Solution)
     if sol.grid.edge != "centres":
-        raise SceneError(
-            "grid.edge", sol.grid.edge, '"centres", on which a moving edge is followed; give a grid'
-        )
+        allowed = '"centres", on which a moving edge is followed; give a grid'
+        raise SceneError("grid.edge", sol.grid.edge, allowed)
     problem = linearise(sol)
-    k, moves = (
-        problem.wave_numbers("wavelengths", wavelengths, by_length=True),
-        wheel is not None or track is not None,
-    )
-    if "roughness" not in problem.inputs or problem.slip.size == 0:
-        raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
-    if problem.disc.K != 0 and problem.with_pressure.size != problem.stick.size + problem.slip.size:
-        raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
-    if moves and speed is None:
-        raise SceneError(
-            "speed", None, "given: receptances depend on the frequency, wave number times speed"
-        )
-    speed = checks.positives("speed", speed) if speed is not None else None
-    speed = speed if moves else None  # under a constant load nothing depends on it
+    k = problem.wave_numbers("wavelengths", wavelengths, by_length=True)
+    _check_corrugation(problem)
+    vibrates = wheel is not None or track is not None
+    if vibrates and speed is None:
+        allowed = "given: receptances depend on the frequency, wave number times speed"
+        raise SceneError("speed", None, allowed)
+    if speed is not None:
+        speed = checks.positives("speed", speed)
+    if not vibrates:  # under a constant load nothing depends on it
+        speed = None
     receptance = _receptance("wheel", wheel, k, speed) + _receptance("track", track, k, speed)
-    grid, scales, step = sol.grid, problem.disc.scales, problem.step
-    of_row = grid.sides[0] / step * scales.pressure * scales.displacement
-    traction = sol.traction.reshape(2, -1) / scales.pressure
-    smooth = sol.power_density.sum(axis=1) * grid.sides[0]
-    motion = problem.disc.loading.motion
-    assert isinstance(motion, Steady)
-    rigid = unit_shifts(problem.disc.with_loading(motion=replace(motion, spin_offset=0.0)))
-    steady = np.concatenate([traction, sol.pressure.reshape(1, -1) / scales.pressure])
-    given = np.nan_to_num(sol.creepage)[: len(rigid)]
-    shift = (np.tensordot(given, rigid, axes=1) + _mean_shift(problem, 0.0, steady)).real
-    names, sums = problem.resultants()
-    load = len(problem.inputs) - 2
-    wear = np.empty((*receptance.shape, grid.rows), complex)
-    loads = np.empty(receptance.shape, complex)
-    for i, changes in problem.responses(k):
-        resultants = dict(zip(names, sums @ changes.T, strict=True))
-        constant = {
-            i: resultants[name]
-            for i, name in enumerate(("Fx", "Fy"))
-            if getattr(sol.motion, name) is not None
-        }
-        for j, compliance in enumerate(receptance[i]):
-            equations = constant | (
-                {load: resultants["approach"] + compliance * resultants["Fz"]} if moves else {}
-            )
-            amplitudes, free = np.zeros(len(problem.inputs), complex), list(equations)
-            amplitudes[-1] = 1.0
-            if free:
-                matrix = np.array(list(equations.values()))
-                amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
-            swing = (amplitudes @ changes)[:-1].reshape(3, -1)
-            creepages = amplitudes[: len(rigid)] * problem.mean(k[i]).real
-            slip = np.tensordot(creepages, rigid, axes=1) + _mean_shift(problem, k[i], swing)
-            work = (swing[:2] * shift + traction * slip).sum(axis=0).reshape(grid.shape)
-            wear[i, j] = -of_row * (work @ np.exp(-1j * k[i] * grid.x))
-            loads[i, j] = resultants["Fz"] @ amplitudes
-    whole, dims = wear.sum(axis=-1) / smooth.sum(), ("wavelength", "speed")
+    wear, loads = _wear_and_load(problem, sol, k, receptance if vibrates else None)
+    smooth = sol.power_density.sum(axis=1) * sol.grid.sides[0]
+    whole = wear.sum(axis=-1) / smooth.sum()
+    dims = ("wavelength", "speed")
     fields: dict[str, Any] = {
         "growth": (dims, -whole.real),
         "phase_shift": (dims, whole.imag),
         "load_swing": (dims, loads),
+        "wear": ((*dims, "y"), wear),
+        "smooth": ("y", smooth),
     }
-    fields |= {"wear": ((*dims, "y"), wear), "smooth": ("y", smooth)}
     places = {
         "wavelength": np.atleast_1d(np.asarray(wavelengths, float)),
-        "y": grid.y,
+        "y": sol.grid.y,
         "speed": np.atleast_1d(speed),
     }
     dataset = xr.Dataset(fields, places)
@@ -418,14 +411,84 @@ def corrugation_growth(
     return dataset
 
 
+def _check_corrugation(problem: Linearised) -> None:
+    """Refuse contacts without slip, and unlike bodies with parts of the contact free of
+    friction.
+    """
+    if "roughness" not in problem.inputs or problem.slip.size == 0:
+        raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
+    if problem.disc.K != 0 and problem.with_pressure.size != problem.stick.size + problem.slip.size:
+        raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
+
+
+def _wear_and_load(
+    problem: Linearised, sol: Solution, k: np.ndarray, receptance: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Work (wave numbers, speeds, rows) of a wave of unit height by area of the rail, and the swing
+    of the load (wave numbers, speeds); without receptances the load is constant.
+    """
+    grid = sol.grid
+    scales = problem.disc.scales
+    of_row = grid.sides[0] / problem.step * scales.pressure * scales.displacement
+    traction = sol.traction.reshape(2, -1) / scales.pressure
+    # shift of the particles in a step of the smooth contact
+    motion = problem.disc.loading.motion
+    assert isinstance(motion, Steady)
+    rigid = unit_shifts(problem.disc.with_loading(motion=replace(motion, spin_offset=0.0)))
+    steady = np.concatenate([traction, sol.pressure.reshape(1, -1) / scales.pressure])
+    creepages = np.nan_to_num(sol.creepage)[: len(rigid)]
+    shift = (np.tensordot(creepages, rigid, axes=1) + _mean_shift(problem, 0.0, steady)).real
+    names, sums = problem.resultants()
+    speeds = 1 if receptance is None else receptance.shape[1]
+    wear = np.empty((k.size, speeds, grid.rows), complex)
+    loads = np.empty((k.size, speeds), complex)
+    for i, changes in problem.responses(k):
+        resultants = dict(zip(names, sums @ changes.T, strict=True))
+        for j in range(speeds):
+            # amplitudes of creepages, load and height
+            compliance = None if receptance is None else receptance[i, j]
+            amplitudes = _amplitudes(sol, resultants, compliance)
+            swing = (amplitudes @ changes)[:-1].reshape(3, -1)
+            loads[i, j] = resultants["Fz"] @ amplitudes
+            # work of the swinging tractions on the steady shift, and the other way round
+            swinging = amplitudes[: len(rigid)] * problem.mean(k[i]).real
+            slip = np.tensordot(swinging, rigid, axes=1) + _mean_shift(problem, k[i], swing)
+            work = (swing[:2] * shift + traction * slip).sum(axis=0).reshape(grid.shape)
+            wear[i, j] = -of_row * (work @ np.exp(-1j * k[i] * grid.x))
+    return wear, loads
+
+
+def _amplitudes(
+    sol: Solution, resultants: dict[str, np.ndarray], compliance: complex | None
+) -> np.ndarray:
+    """Amplitudes of the inputs, for a unit height: prescribed forces stay constant, and the load
+    swings where wheel and track have a `compliance`.
+    """
+    amplitudes = np.zeros(resultants["Fz"].size, complex)
+    amplitudes[-1] = 1.0
+    equations = {}
+    for number, force in enumerate(("Fx", "Fy")):
+        if getattr(sol.motion, force) is not None:
+            equations[number] = resultants[force]
+    if compliance is not None:
+        load = amplitudes.size - 2
+        equations[load] = resultants["approach"] + compliance * resultants["Fz"]
+    if equations:
+        free = list(equations)
+        matrix = np.array(list(equations.values()))
+        amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
+    return amplitudes
+
+
 def _mean_shift(problem: Linearised, k: float, fields: np.ndarray) -> np.ndarray:
     """Elastic shift (2, N), mean of the step that ends and that which begins: with it work sums to
-    that put in.
+    that supplied.
     """
-    phases, given = problem.phases(k), fields[None].astype(complex)
-    return (
-        problem.shifting(phases)(given)[0] - problem.shifting(phases.conj(), way=-1)(given)[0]
-    ) / 2
+    phases = problem.phases(k)
+    swing = fields[None].astype(complex)
+    ending = problem.shifting(phases)(swing)[0]
+    beginning = problem.shifting(phases.conj(), way=-1)(swing)[0]
+    return (ending - beginning) / 2
 
 
 def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: Any) -> np.ndarray:
@@ -435,11 +498,11 @@ def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: A
     frequencies = wave_numbers[:, None] * np.atleast_1d(speed)
     try:  # the user's own code runs here
         if callable(given):
-            values = np.array([complex(given(float(each))) for each in frequencies.flat]).reshape(
-                frequencies.shape
-            )
+            called = [complex(given(float(frequency))) for frequency in frequencies.flat]
+            values = np.array(called).reshape(frequencies.shape)
         else:
-            table, numbers = checks.numbers(f"{name}[0]", given[0]), np.asarray(given[1], complex)
+            table = checks.numbers(f"{name}[0]", given[0])
+            numbers = np.asarray(given[1], complex)
             if table.ndim != 1 or table.shape != numbers.shape or np.any(np.diff(table) <= 0):
                 raise ValueError("frequencies increase, and there are as many receptances")
             values = np.interp(frequencies, table, numbers, left=np.nan, right=np.nan)
@@ -448,6 +511,7 @@ def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: A
         raise SceneError(name, given, allowed) from error
     for frequency, value in zip(frequencies.flat, values.flat, strict=True):
         if not np.isfinite(value):
-            allowed = f"a finite receptance at the circular frequency {frequency:.6g}, which a table has to cover"
+            at = f"at the circular frequency {frequency:.6g}"
+            allowed = f"a finite receptance {at}, which a table has to cover"
             raise SceneError(name, value, allowed)
     return np.asarray(values)

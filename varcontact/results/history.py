@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def heat_of(step: Solution) -> Heat:
-    """What friction heats in a step of a history, or in as much of steady rolling."""
+    """Frictional heat in a step of a history, or in as much of steady rolling."""
     motion = step.motion
     if isinstance(motion, Steady):
         dq = motion.dq or step.grid.sides[0]
@@ -37,19 +37,21 @@ def heat_of(step: Solution) -> Heat:
 
 
 def heat_before(start: Solution | None) -> list[Heat]:
-    """What has heated when a history begins: steady rolling for ever, or one step; nothing where
-    time is not known.
+    """Heat before a history begins: steady rolling for ever, or one step; none where time is not
+    known.
     """
-    if start is None or getattr(start.motion, "speed", getattr(start.motion, "dt", None)) is None:
+    if start is None:
+        return []
+    if isinstance(start.motion, TimeStep):
+        return [] if start.motion.dt is None else [heat_of(start)]
+    if not isinstance(start.motion, Steady) or start.motion.speed is None:
         return []
     heat = heat_of(start)
-    if isinstance(start.motion, TimeStep):
-        return [heat]
     return [heat] * math.ceil(2 + start.grid.nx * start.grid.sides[0] / heat.rolled)
 
 
 def series_of(history: History, name: str, shape: tuple[int, ...] = ()) -> np.ndarray:
-    """What each step has under a name, (steps, *shape); of a file without the steps' fields."""
+    """Values of all steps under a name, (steps, *shape); of a file without the steps' fields."""
     from varcontact.io.history import Stored
 
     if isinstance(history.solutions, Stored):
@@ -83,8 +85,9 @@ class History(Reported, Sequence[Solution]):
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=1.0), normal_force=1e-3, friction=0.3,
-    ...     motion=vc.Transient(steps=3, dq=[0, 0.01, 0.01], Fx=-2e-4), grid=vc.Grid(nx=20))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=1.0), normal_force=1e-3,
+    ...     friction=0.3, motion=vc.Transient(steps=3, dq=[0, 0.01, 0.01], Fx=-2e-4),
+    ...     grid=vc.Grid(nx=20))
     >>> history = vc.solve(scene)
     >>> print(len(history), history.rolled, history[-1].elements)
     3 [0.   0.01 0.02] {'contact': 20, 'stick': 14, 'slip': 6}
@@ -130,7 +133,7 @@ class History(Reported, Sequence[Solution]):
 
     @property
     def position(self) -> np.ndarray:
-        """Where the contact has come along x since the start [length]: rolling backward takes it
+        """Position of the contact along x since the start [length]: rolling backward takes it
         back; (steps,).
         """
         return np.cumsum(self.dq * self.scene.motion.every("direction")[: len(self)])
@@ -173,7 +176,8 @@ class History(Reported, Sequence[Solution]):
         SceneError
             Without thermal data, or if there is no such step.
         """
-        thermal, n = self.scene.thermal, len(self)
+        thermal = self.scene.thermal
+        n = len(self)
         if thermal is None:
             raise SceneError("thermal", None, "given: the thermal data of both bodies")
         count = checks.whole("k", k, -n, n - 1) % n + 1
@@ -182,8 +186,8 @@ class History(Reported, Sequence[Solution]):
 
     @checks.named_options()
     def work_along(self, period: float | None = None) -> xr.DataArray:
-        """Work lost by friction where it was lost on the bodies: by area, along
-        the way X that they have rolled.
+        """Work lost by friction at its place on the bodies: per area, along the
+        distance X that they have rolled.
 
         The work of a step lies where its particles were in the middle of the
         step, on elements of the grid's length; the sum is that of
@@ -211,8 +215,9 @@ class History(Reported, Sequence[Solution]):
         --------
         >>> import varcontact as vc
         >>> scene = vc.Scene(
-        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=1.0), normal_force=1e-3, friction=0.3,
-        ...     motion=vc.Transient(steps=50, dq=0.007, Fx=-2e-4), grid=vc.Grid(nx=20))
+        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=1.0), normal_force=1e-3,
+        ...     friction=0.3, motion=vc.Transient(steps=50, dq=0.007, Fx=-2e-4),
+        ...     grid=vc.Grid(nx=20))
         >>> history = vc.solve(scene)
         >>> work = history.work_along()
         >>> print(f"{float(work.sum()) * history.grid.area / history.dissipation.sum():.12f}")
@@ -220,46 +225,47 @@ class History(Reported, Sequence[Solution]):
         """
         import xarray as xr
 
-        grid, dx = self.grid, self.grid.sides[0]
-        around = None if period is None else checks.positive("period", period) / dx
-        if around is not None and (
-            round(around) < 1 or abs(around - round(around)) > 1e-6 * around
-        ):
-            raise SceneError("period", period, f"a whole number of elements of {dx:.6g}")
+        grid = self.grid
+        dx = grid.sides[0]
+        repeat = self._elements_of_period(period)
         if len(self) == 0:
             raise SceneError("history", "no steps", "with one step at least")
+        # places of the steps: whole elements passed, and the part of the next one
         dq = self.dq
         middle = self.position - self.scene.motion.every("direction")[: len(self)] * dq / 2
         passed = (middle - middle.min()) / dx
         whole = np.floor(np.round(passed, 9)).astype(int)
         part = np.maximum(passed - whole, 0.0)
+        # work of each step, shared between both elements
         count = int(whole.max()) + grid.nx + 1
         work = np.zeros((grid.rows, count))
         for k, sol in enumerate(self):
             lost = sol.power_density * (dq[k] or 1.0)
             work[:, whole[k] : whole[k] + grid.nx] += lost * (1 - part[k])
             work[:, whole[k] + 1 : whole[k] + 1 + grid.nx] += lost * part[k]
-        X = (
-            (self.scene.motion.rolled or 0.0)
-            + float(middle.min())
-            + grid.x[0]
-            + dx * np.arange(count)
-        )
-        if around is not None:
-            count = round(around)
-            work = (
-                np.pad(work, ((0, 0), (0, -work.shape[1] % count)))
-                .reshape(grid.rows, -1, count)
-                .sum(axis=1)
-            )
-            X = X[0] + dx * np.arange(count)
-        return xr.DataArray(
-            work, {"y": grid.y, "X": X}, ("y", "X"), "work", {"units": "force/length"}
-        )
+        start = (self.scene.motion.rolled or 0.0) + float(middle.min()) + grid.x[0]
+        # the sum over all periods
+        if repeat is not None:
+            padded = np.pad(work, ((0, 0), (0, -count % repeat)))
+            work = padded.reshape(grid.rows, -1, repeat).sum(axis=1)
+            count = repeat
+        coordinates = {"y": grid.y, "X": start + dx * np.arange(count)}
+        return xr.DataArray(work, coordinates, ("y", "X"), "work", {"units": "force/length"})
+
+    def _elements_of_period(self, period: float | None) -> int | None:
+        """Number of elements in a period, checked to be whole."""
+        if period is None:
+            return None
+        dx = self.grid.sides[0]
+        elements = checks.positive("period", period) / dx
+        count = round(elements)
+        if count < 1 or abs(elements - count) > 1e-6 * elements:
+            raise SceneError("period", period, f"a whole number of elements of {dx:.6g}")
+        return count
 
     @property
     def error_estimate(self) -> ErrorEstimate | None:
-        """How far steps are from the continuum, named as ``Fx[3]``: to an accuracy, or within a
+        """Distance of the steps from the continuum, named as ``Fx[3]``: to an accuracy, or within a
         time.
         """
         if len(self) == 0 or self[0].error_estimate is None:
@@ -293,11 +299,14 @@ class History(Reported, Sequence[Solution]):
             "dissipation",
             "error_estimate",
         )
+        last = None
+        if len(self) > 0:
+            last = self[-1].summary()
         return {
             "steps": self.scene.motion.steps,
             "finished": len(self),
             **{name: plain(getattr(self, name)) for name in series},
-            "last": self[-1].summary() if len(self) else None,
+            "last": last,
         }
 
     def to_xarray(self) -> xr.Dataset:

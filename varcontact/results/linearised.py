@@ -21,15 +21,16 @@ from varcontact.results.solution import Solution
 from varcontact.scene import consistency
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
 from varcontact.solvers.newton.kernel import CAUSAL, STICK_SHIFT, WIDER, fast_box, parzen
 from varcontact.system.process import need, one_blas_thread
 from varcontact.transports import DIFFERENCES, mirrored
 
-TOLERANCE = 1e-10
+RESIDUAL_TOL = 1e-10
 """Of the residual, relative to the right-hand side."""
-ROUNDED = 1e-6
-"""Of the residual in the space of all unknowns, at most."""
-MOST = 1000
+RESIDUAL_TOL_ROUNDED = 1e-6
+"""The same in the space of all unknowns, where only rounding is left of the residual."""
+DIRECTIONS_MAX = 1000
 """Directions of one solve; a few hundred are usual."""
 
 Shifts = Callable[[np.ndarray], np.ndarray]
@@ -77,107 +78,139 @@ class Linearised:
         return [(ago, weight) for ago, weight in DIFFERENCES[self.disc.transport.difference] if ago]
 
     def resultants(self) -> tuple[tuple[str, ...], np.ndarray]:
-        """Names of the resultants, and what they are of the changes, physical: (outputs, 3 N +
-        1).
+        """Names of the resultants, and the matrix (outputs, 3 N + 1) that gives them, physical,
+        from the changes.
         """
-        disc, N = self.disc, self.disc.grid.size
-        x, y = (places.ravel() for places in np.meshgrid(disc.grid.x, disc.grid.y))
-        force, sums = disc.lattice.area * disc.scales.force, np.zeros((5, 3 * N + 1))
-        sums[0, :N] = sums[1, N : 2 * N] = sums[3, 2 * N : -1] = force
-        sums[2, :N], sums[2, N : 2 * N] = -y * force, x * force
-        sums[4, -1] = disc.scales.displacement
-        there = [0, 1, 3, 4] if disc.grid.line else [0, 1, 2, 3, 4]
-        return tuple(("Fx", "Fy", "Mz", "Fz", "approach")[i] for i in there), sums[there]
+        grid = self.disc.grid
+        N = grid.size
+        x, y = (places.ravel() for places in np.meshgrid(grid.x, grid.y))
+        force = self.disc.lattice.area * self.disc.scales.force
+        traction_x = slice(0, N)
+        traction_y = slice(N, 2 * N)
+        pressure = slice(2 * N, 3 * N)
+        sums = np.zeros((5, 3 * N + 1))
+        sums[0, traction_x] = force
+        sums[1, traction_y] = force
+        sums[2, traction_x] = -y * force
+        sums[2, traction_y] = x * force
+        sums[3, pressure] = force
+        sums[4, -1] = self.disc.scales.displacement
+        if grid.line:
+            return ("Fx", "Fy", "Fz", "approach"), sums[[0, 1, 3, 4]]
+        return ("Fx", "Fy", "Mz", "Fz", "approach"), sums
 
     def wave_numbers(self, field: str, given: Any, by_length: bool = False) -> np.ndarray:
         """Wave numbers (n,), given or `by_length`, of waves that the elements and the step
         resolve.
         """
-        values, shortest = checks.numbers(field, given), 2 * max(self.step, self.disc.grid.sides[0])
+        values = checks.numbers(field, given)
+        shortest = 2 * max(self.step, self.disc.grid.sides[0])
         if values.ndim > 1 or values.size == 0:
             raise SceneError(field, given, "one number or a one-dimensional array")
-        least, most = (shortest, np.inf) if by_length else (0.0, 2 * np.pi / shortest)
-        allowed = f"at least {least:.6g}" if by_length else f"from 0 to {most:.6g}"
-        good = (values >= least * (1 - 1e-12)) & (values <= most * (1 + 1e-12))
-        checks.require_all(field, values, good, f"{allowed}, a wave of two elements")
-        return np.atleast_1d(2 * np.pi / values if by_length else values)
+        if by_length:
+            allowed = f"at least {shortest:.6g}, a wave of two elements"
+            checks.require_all(field, values, values >= shortest * (1 - 1e-12), allowed)
+            return np.atleast_1d(2 * np.pi / values)
+        largest = 2 * np.pi / shortest
+        allowed = f"from 0 to {largest:.6g}, a wave of two elements"
+        resolved = (values >= 0.0) & (values <= largest * (1 + 1e-12))
+        checks.require_all(field, values, resolved, allowed)
+        return np.atleast_1d(values)
 
     def responses(self, wave_numbers: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-        """For each wave number, in an order that halves their range, its place and the changes by
-        unit inputs.
+        """Place and changes by unit inputs for each wave number, in an order that halves their
+        range.
 
         The unknowns are found without a matrix of all elements, by Galerkin's method: in the space
         of those at the wave numbers before, and of preconditioned residuals.
         """
-        scales, x = self.disc.scales, self.disc.grid.x[self.with_pressure % self.disc.grid.nx]
-        known = np.zeros((self.size, 0), complex)
-        images = [known] * (1 + len(self.terms))
-        bits = len(wave_numbers).bit_length()
-        halving = np.argsort([int(f"{i:0{bits}b}"[::-1], 2) for i in range(len(wave_numbers))])
-        for i in np.argsort(wave_numbers)[halving]:
-            k, phases = wave_numbers[i], self.phases(wave_numbers[i])
-            shifts, loads = (
-                self.shifting(phases),
-                np.zeros((len(self.inputs), self.with_pressure.size + 1), complex),
-            )
-            if len(self.inputs) > len(self.shifts):
-                force = self.disc.loading.normal_force is not None
-                loads[-2, -1] = 1 / (
-                    self.disc.lattice.area * scales.force if force else scales.displacement
-                )
-                loads[-1, :-1] = np.exp(1j * k * x) / scales.displacement
-            given = self.changes(np.zeros((self.size, len(loads)), complex), loads)
-            fields = self.fields(given)
-            fields[:, :2] += (self.entering - self.growing) * self.thin * fields[:, 2:]
-            right = shifts(fields)
-            right[: len(self.shifts)] += self.shifts * self.mean(k)
-            if self.normal is not None:
-                before = shifts(self.entering * fields[:, 2:])
-                right += self.leading * (np.roll(before, 1, axis=-1) - before)
+        space = np.zeros((self.size, 0), complex)
+        # of the space, for the steady shifts and for each term of the difference
+        images = [space] * (1 + len(self.terms))
+        for i in np.argsort(wave_numbers)[_halving_order(len(wave_numbers))]:
+            # the changes by the loads alone, and the slip that is left
+            k = wave_numbers[i]
+            phases = self.phases(k)
+            loads = self._loads(k)
+            loaded = self.changes(np.zeros((self.size, len(loads)), complex), loads)
+            right = self._imposed_shifts(k, phases, self.fields(loaded))
+            # the unknowns that remove it
             combined = np.tensordot(phases, images, axes=1)
-            basis, parts = self._solved(phases, -self.equations(right), known, combined)
-            yield i, given + self.changes(basis @ parts)
-            size = known.shape[1]
-            if size < min(basis.shape[1], MOST // 2):
+            basis, parts = self._galerkin(phases, -self.equations(right), space, combined)
+            yield i, loaded + self.changes(basis @ parts)
+            # the next wave number starts from the unknowns of this one
+            size = space.shape[1]
+            if size < min(basis.shape[1], DIRECTIONS_MAX // 2):
                 new = basis[:, size:] @ np.linalg.qr(parts[size:])[0]
-                known = np.concatenate([known, new], axis=1)
-                of_terms = [
-                    self._images(one, self.shifting(one), new) for one in np.eye(len(images))
-                ]
-                images = [
-                    np.concatenate(each, axis=1) for each in zip(images, of_terms, strict=True)
-                ]
+                space = np.concatenate([space, new], axis=1)
+                for term, phase in enumerate(np.eye(len(images))):
+                    image = self._images(phase, self.shifting(phase), new)
+                    images[term] = np.concatenate([images[term], image], axis=1)
 
-    def _solved(
+    def _loads(self, k: float) -> np.ndarray:
+        """Distances and load (inputs, m + 1) that unit inputs impose on the elements with
+        pressure.
+        """
+        scales = self.disc.scales
+        loads = np.zeros((len(self.inputs), self.with_pressure.size + 1), complex)
+        if len(self.inputs) > len(self.shifts):
+            unit = scales.displacement
+            if self.disc.loading.normal_force is not None:
+                unit = self.disc.lattice.area * scales.force
+            x = self.disc.grid.x[self.with_pressure % self.disc.grid.nx]
+            loads[-2, -1] = 1 / unit
+            loads[-1, :-1] = np.exp(1j * k * x) / scales.displacement
+        return loads
+
+    def _imposed_shifts(self, k: float, phases: np.ndarray, fields: np.ndarray) -> np.ndarray:
+        """Shifts (inputs, 2, N) by unit inputs and by the `fields` of their loads, in which
+        tractions of `thin` elements become those that enter.
+        """
+        shifts = self.shifting(phases)
+        fields[:, :2] += (self.entering - self.growing) * self.thin * fields[:, 2:]
+        imposed = shifts(fields)
+        imposed[: len(self.shifts)] += self.shifts * self.mean(k)
+        if self.normal is not None:
+            before = shifts(self.entering * fields[:, 2:])
+            imposed += self.leading * (np.roll(before, 1, axis=-1) - before)
+        return imposed
+
+    def _galerkin(
         self, phases: np.ndarray, right: np.ndarray, basis: np.ndarray, images: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """An orthonormal basis with the unknowns, which begins with one that is known, and their
-        parts of it.
+        """Orthonormal basis that begins with the `basis` given, and the parts of the unknowns in
+        it.
         """
-        shifts, precondition, size = self.shifting(phases), self._preconditioner(phases), len(right)
-        projected, lengths = basis.conj().T @ images, np.linalg.norm(right, axis=0)
+        shifts = self.shifting(phases)
+        precondition = self._preconditioner(phases)
+        size = len(right)
+        lengths = np.linalg.norm(right, axis=0)
+        projected = basis.conj().T @ images
         while True:
+            # the unknowns in the basis, and what they leave
             parts = np.linalg.solve(projected, (right.conj().T @ basis).conj().T)
             residual = right - images @ parts
-            sizes, count = np.linalg.norm(residual, axis=0), basis.shape[1]
-            missing = ~(sizes <= TOLERANCE * lengths)  # also where there is NaN
-            if not missing.any() or (count == size and np.all(sizes < ROUNDED * lengths)):
+            sizes = np.linalg.norm(residual, axis=0)
+            count = basis.shape[1]
+            missing = ~(sizes <= RESIDUAL_TOL * lengths)  # also where there is NaN
+            rounded = count == size and np.all(sizes < RESIDUAL_TOL_ROUNDED * lengths)
+            if rounded or not missing.any():
                 return basis, parts
-            if count >= min(size, MOST):
+            if count >= min(size, DIRECTIONS_MAX):
                 raise NotConverged(
                     f"the response was not found in {count} directions",
                     float(np.abs(residual).max()),
                 )
+            # preconditioned residuals join the basis
             new = precondition(residual[:, missing])[:, : size - count]
             for _ in range(2):  # rounding leaves some in the first
                 new = np.linalg.qr(new - basis @ (new.conj().T @ basis).conj().T)[0]
             image = self._images(phases, shifts, new)
-            across, below = (image.conj().T @ basis).conj().T, new.conj().T @ images
-            basis, images = (
-                np.concatenate([basis, new], axis=1),
-                np.concatenate([images, image], axis=1),
-            )
+            across = (image.conj().T @ basis).conj().T
+            below = new.conj().T @ images
             projected = np.block([[projected, across], [below, new.conj().T @ image]])
+            basis = np.concatenate([basis, new], axis=1)
+            images = np.concatenate([images, image], axis=1)
 
     @property
     def size(self) -> int:
@@ -187,21 +220,22 @@ class Linearised:
     def equations(self, shifts: np.ndarray) -> np.ndarray:
         """Left-hand sides (size, k) by shifts (k, 2, N), but for the turning."""
         stuck = shifts[:, :, self.stick].reshape(len(shifts), -1)
-        return np.concatenate(
-            [stuck, (self.across * shifts[:, :, self.slip]).sum(axis=1)], axis=1
-        ).T
+        turned = (self.across * shifts[:, :, self.slip]).sum(axis=1)
+        return np.concatenate([stuck, turned], axis=1).T
 
     def changes(self, unknowns: np.ndarray, loads: np.ndarray | None = None) -> np.ndarray:
         """Changes (k, 3 N + 1) by the unknowns, and by those of distances and of the load (k, m +
         1), if any.
         """
-        count, stuck = unknowns.shape[1], 2 * self.stick.size
-        found = np.zeros((count, 3 * self.disc.grid.size + 1), complex)
-        fields = self.fields(found)
+        count = unknowns.shape[1]
+        stuck = 2 * self.stick.size
+        changes = np.zeros((count, 3 * self.disc.grid.size + 1), complex)
+        fields = self.fields(changes)
         fields[:, :2, self.stick] = unknowns[:stuck].T.reshape(count, 2, -1)
         fields[:, :2, self.slip] = self.across * unknowns[stuck:].T[:, None]
         if self.normal is None or (loads is None and self.disc.K == 0):
-            return found
+            return changes
+        # pressures and approach that the loads and the tractions give
         right = np.zeros((self.with_pressure.size + 1, count), complex)
         if loads is not None:
             right += loads.T
@@ -209,9 +243,10 @@ class Linearised:
             symbol = self._symbol(self.disc.operators.traction_to_distance.table)
             right[:-1] -= self._filtered(symbol, fields[:, :2])[:, 0, self.with_pressure].T
         solved = np.ascontiguousarray(lu_solve(self.normal, right.view(float))).view(complex)
-        fields[:, 2, self.with_pressure], found[:, -1] = solved[:-1].T, solved[-1]
+        fields[:, 2, self.with_pressure] = solved[:-1].T
+        changes[:, -1] = solved[-1]
         fields[:, :2] += self.growing * fields[:, 2:]
-        return found
+        return changes
 
     def fields(self, changes: np.ndarray) -> np.ndarray:
         """Tractions along x and y, and pressures, of changes: a view (k, 3, N)."""
@@ -221,9 +256,8 @@ class Linearised:
         """Factors of the steady shifts, and of the displacements at each term, at a wave number, (1
         + terms,).
         """
-        return np.array(
-            [1.0, *(weight * np.expm1(-1j * k * self.step * ago) for ago, weight in self.terms)]
-        )
+        swings = [weight * np.expm1(-1j * k * self.step * ago) for ago, weight in self.terms]
+        return np.array([1.0, *swings])
 
     def shifting(self, phases: np.ndarray, way: int = 1) -> Shifts:
         """Shifts in a step (k, 2, N) by fields (k, 2 or 3, N), with phases.
@@ -231,23 +265,26 @@ class Linearised:
         With a `way` of -1 those of particles that go the other way: the transposed operators of
         elastic bodies.
         """
-        symbol, compliance = self._symbol(self._table(phases, way)), self.disc.edge_compliance
+        symbol = self._symbol(self._table(phases, way))
+        compliance = self.disc.edge_compliance
 
         def shifts(fields: np.ndarray) -> np.ndarray:
-            found = self._filtered(symbol, fields[:, : symbol.shape[1]])
+            filtered = self._filtered(symbol, fields[:, : symbol.shape[1]])
             if compliance is not None:
-                found += phases[0] * compliance.reshape(2, -1) * fields[:, :2]
-            return found
+                filtered += phases[0] * compliance.reshape(2, -1) * fields[:, :2]
+            return filtered
 
         return shifts
 
     def _table(self, phases: np.ndarray, way: int = 1) -> np.ndarray:
         """Influence numbers of shifts in a step, by tractions and, where they matter, pressures."""
-        disc, operators = self.disc, self.disc.operators
-        rolled = way * (disc.step or 0.0)
-        stencil = disc.transport.stencil if way == 1 else mirrored(disc.transport.stencil)
+        operators = self.disc.operators
+        rolled = way * (self.disc.step or 0.0)
+        stencil = self.disc.transport.stencil
+        if way != 1:
+            stencil = mirrored(stencil)
         steady = operators.tangential(stencil).table
-        if disc.K != 0:
+        if self.disc.K != 0:
             steady = np.concatenate([steady, operators.pressure_to_shift(stencil).table], axis=1)
         carried = [operators.carrying(ago * rolled).table for ago, _ in self.terms]
         return np.tensordot(phases, [steady, *carried], axes=1)
@@ -259,12 +296,10 @@ class Linearised:
 
     def _images(self, phases: np.ndarray, shifts: Shifts, unknowns: np.ndarray) -> np.ndarray:
         """Left-hand sides (unknowns, k) by unknowns."""
-        found, turned = (
-            self.equations(shifts(self.fields(self.changes(unknowns)))),
-            2 * self.stick.size,
-        )
-        found[turned:] += phases[0] * self.turning[:, None] * unknowns[turned:]
-        return found
+        images = self.equations(shifts(self.fields(self.changes(unknowns))))
+        stuck = 2 * self.stick.size
+        images[stuck:] += phases[0] * self.turning[:, None] * unknowns[stuck:]
+        return images
 
     def _filtered(self, symbol: np.ndarray, fields: np.ndarray) -> np.ndarray:
         """Product (k, rows, N) of a symbol (rows, columns) on a periodic box with complex fields
@@ -275,43 +310,50 @@ class Linearised:
         ny, nx = self.disc.grid.shape
         spectrum = fft2(fields.reshape(*fields.shape[:2], ny, nx), symbol.shape[2:])
         product = sum(symbol[:, i] * spectrum[:, None, i] for i in range(fields.shape[1]))
-        return np.asarray(ifft2(product, overwrite_x=True)[..., :ny, :nx]).reshape(
-            len(fields), -1, ny * nx
-        )
+        filtered = ifft2(product, overwrite_x=True)[..., :ny, :nx]
+        return np.asarray(filtered).reshape(len(fields), -1, ny * nx)
 
     def _preconditioner(self, phases: np.ndarray) -> Shifts:
-        """Nearly the unknowns by left-hand sides: the operator's inverse on a periodic box, element
-        by element in slip.
-
-        The box and its weights are those of the Newton solver, see its `Circulant`.
+        """Approximate unknowns by left-hand sides: the operator's inverse on a periodic box,
+        element by element in slip. Box and weights are those of the Newton solver's `Circulant`.
         """
         from scipy.fft import fft2
 
-        (ny, nx), table = self.disc.grid.shape, self._table(phases)[:, :2]
+        ny, nx = self.disc.grid.shape
+        table = self._table(phases)[:, :2]
         own = abs(np.trace(table[:, :, ny - 1, nx - 1])) / 2
-        rows, columns = box = fast_box(int(WIDER * ny), int(WIDER * nx))
-        y, x = np.arange(-(ny - 1), ny), np.arange(-(nx - 1), nx)
+        box = fast_box(int(WIDER * ny), int(WIDER * nx))
+        rows, columns = box
+        y = np.arange(-(ny - 1), ny)
+        x = np.arange(-(nx - 1), nx)
         window = parzen(y / rows)[:, None] * parzen(x / columns) * CAUSAL ** (-x / columns)
         symbol = np.moveaxis(fft2(wrapped(table * window, box)), (0, 1), (2, 3))
         inverse = np.moveaxis(np.linalg.inv(symbol + STICK_SHIFT * own * np.eye(2)), (2, 3), (0, 1))
-        growth, turned = np.tile(CAUSAL ** (np.arange(nx) / columns), ny), 2 * self.stick.size
+        growth = np.tile(CAUSAL ** (np.arange(nx) / columns), ny)
+        stuck = 2 * self.stick.size
 
-        def solved(right: np.ndarray) -> np.ndarray:
+        def precondition(right: np.ndarray) -> np.ndarray:
             k = right.shape[1]
             fields = np.zeros((k, 2, ny * nx), complex)
-            fields[:, :, self.stick] = right[:turned].T.reshape(k, 2, -1)
-            stuck = (
-                (self._filtered(inverse, fields / growth) * growth)[:, :, self.stick]
-                .reshape(k, -1)
-                .T
-            )
-            return np.concatenate([stuck, right[turned:] / (own + self.turning)[:, None]])
+            fields[:, :, self.stick] = right[:stuck].T.reshape(k, 2, -1)
+            filtered = self._filtered(inverse, fields / growth) * growth
+            of_stick = filtered[:, :, self.stick].reshape(k, -1).T
+            of_slip = right[stuck:] / (own + self.turning)[:, None]
+            return np.concatenate([of_stick, of_slip])
 
-        return solved
+        return precondition
 
     def mean(self, k: float) -> complex:
-        """Mean of a swing over the step, by that at its end."""
-        return complex(self.phases(k)[1:].sum() / (1j * k * self.step)) if k else 1.0
+        """Mean of a swing over the step, relative to that at its end."""
+        if k == 0:
+            return 1.0
+        return complex(self.phases(k)[1:].sum() / (1j * k * self.step))
+
+
+def _halving_order(count: int) -> np.ndarray:
+    """Numbers from 0 up to `count` in the order of their reversed bits."""
+    bits = count.bit_length()
+    return np.argsort([int(f"{i:0{bits}b}"[::-1], 2) for i in range(count)])
 
 
 @one_blas_thread()
@@ -327,44 +369,56 @@ def sensitivity(sol: Solution) -> np.ndarray:
 
 def check_linear(sol: Solution, swings: bool) -> None:
     """Refuse solutions about which the problem cannot be linearised."""
-    scene, plan = sol.scene, sol.plan
-    steady, what = (
-        isinstance(scene.motion, Steady),
-        "what swings" if swings else "the stiffness of a step",
-    )
+    scene = sol.scene
+    plan = sol.plan
     if scene.motion is None:
         raise SceneError("motion", None, "given: without it there is no creepage")
-    if plan.theory is not None or plan.coupling == "johnson":
-        approximate = plan.tangential if plan.theory is not None else plan.coupling
+    approximate = ""
+    if plan.theory is not None:
+        approximate = plan.tangential
+    elif plan.coupling == "johnson":
+        approximate = plan.coupling
+    if approximate:
         raise SceneError("solution", approximate, "by an exact method: this one is approximate")
     if isinstance(scene.friction, Law) and scene.friction.continuous:
         allowed = "a number or StaticKinetic: it must not fall with slip velocity"
         raise SceneError("friction", scene.friction, allowed)
     consistency.check_linear(scene)
-    if swings and not steady:
-        raise SceneError(
-            "motion", type(scene.motion).__name__, "Steady: the response is about steady rolling"
-        )
-    if swings and scene.bodies.relaxes:
+    if swings:
+        _check_swinging(scene)
+    elif scene.shift_undetermined and not isinstance(scene.motion, Steady):
+        stiffness = "the stiffness of a step needs it"
+        if scene.bodies.slides:
+            raise SceneError("bodies.base", "smooth", f'"rigid" or a half-space: {stiffness}')
+        raise SceneError("surface.reference_depth", None, f"given: in line contact {stiffness}")
+
+
+def _check_swinging(scene: Scene) -> None:
+    """Refuse scenes whose response in frequency is not known."""
+    if not isinstance(scene.motion, Steady):
+        motion = type(scene.motion).__name__
+        raise SceneError("motion", motion, "Steady: the response is about steady rolling")
+    if scene.bodies.relaxes:
         raise SceneError("bodies", "viscoelastic", "elastic: the response of others is not known")
-    if scene.shift_undetermined and (swings or not steady):
-        if scene.bodies.slides and not swings:
-            raise SceneError("bodies.base", "smooth", f'"rigid" or a half-space: {what} needs it')
-        raise SceneError("surface.reference_depth", None, f"given: in line contact {what} needs it")
+    if scene.shift_undetermined:
+        allowed = "given: in line contact what swings needs it"
+        raise SceneError("surface.reference_depth", None, allowed)
 
 
 def unit_shifts(disc: Discretisation) -> np.ndarray:
     """Rigid shifts by unit creepages, (3, 2, N) (2 of them in line contact), dimensionless."""
-    motion, every = disc.loading.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
+    motion = disc.loading.motion
     assert motion is not None
-    still: dict[str, Any] = {
-        **{name: 0.0 for name in every if hasattr(motion, name)},
-        "Fx": None,
-        "Fy": None,
-    }
-    still |= {"rigid_slip": None} if hasattr(motion, "rigid_slip") else {}
-    names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.grid.line else 3]
+    creepages = ("vx", "vy", "spin")
+    shifts = ("ux", "uy", "rotation")
+    still: dict[str, Any] = {name: 0.0 for name in creepages + shifts if hasattr(motion, name)}
+    still |= {"Fx": None, "Fy": None}
+    if hasattr(motion, "rigid_slip"):
+        still["rigid_slip"] = None
+    names = creepages if motion.rolls else shifts
     units = [replace(motion, **{**still, name: 1.0}) for name in names]
+    if disc.grid.line:
+        units = units[:2]
     return np.array([disc.with_loading(motion=unit).rigid_shift.reshape(2, -1) for unit in units])
 
 
@@ -377,65 +431,97 @@ def linearise(sol: Solution, swings: bool = True) -> Linearised:
     if swings and not contact.any():
         raise SceneError("solution", "no traction", "a contact with friction")
     disc = with_subgrid(discretise(sol.scene, sol.grid), sol.pressure_on_parts)
-    scales, shifts, with_pressure = disc.scales, unit_shifts(disc), np.flatnonzero(sol.pressure > 0)
-    stick, slip = (np.flatnonzero(contact & (sol.state == state)) for state in (STICK, SLIP))
+    scales = disc.scales
+    shifts = unit_shifts(disc)
+    # directions across the tractions that slip, and how slip turns with them
+    slip = np.flatnonzero(contact & (sol.state == SLIP))
     rolled = (disc.step or 1.0 / scales.length) * scales.length
-    traction, shift = (
-        sol.traction.reshape(2, -1)[:, slip] / scales.pressure,
-        sol.slip.reshape(2, -1)[:, slip] * rolled,
-    )
+    traction = sol.traction.reshape(2, -1)[:, slip] / scales.pressure
+    shift = sol.slip.reshape(2, -1)[:, slip] * rolled
     size = np.hypot(*traction)
-    across, turning = (
-        np.array([-traction[1], traction[0]]) / size,
-        np.hypot(*shift) / scales.displacement / size,
-    )
+    across = np.array([-traction[1], traction[0]]) / size
+    turning = np.hypot(*shift) / scales.displacement / size
     growing = np.zeros((2, sol.grid.size))
     growing[:, slip] = traction * scales.pressure / sol.pressure.ravel()[slip]
-    inputs, force = ("vx", "vy", "spin")[: len(shifts)], disc.loading.normal_force is not None
-    # parts do not follow a moving edge
-    if swings and not disc.loading.no_slip and sol.grid.edge == "centres":
-        inputs += ("normal_force" if force else "approach", "roughness")
+    # the load and a height, where pressures follow them; parts do not follow a moving edge
+    inputs = ("vx", "vy", "spin")[: len(shifts)]
+    loaded = swings and not disc.loading.no_slip and sol.grid.edge == "centres"
+    if loaded:
+        load = "approach" if disc.loading.normal_force is None else "normal_force"
+        inputs += (load, "roughness")
+    with_pressure = np.flatnonzero(sol.pressure > 0)
     normal = None
-    if disc.K != 0 or len(inputs) > len(shifts):
-        m = with_pressure.size
-        need("the linearised normal problem", 16.0 * m**2, "fewer elements fit")
-        system = np.zeros((m + 1, m + 1))
-        system[:m, :m], system[:m, m] = disc.operators.normal.dense(with_pressure), -1.0
-        system[m, slice(0, m) if force else m] = 1.0
-        if disc.K != 0:
-            by_tractions = disc.operators.traction_to_distance.dense(with_pressure, slip).reshape(
-                m, 2, -1
-            )
-            grown = np.einsum("min,in->mn", by_tractions, growing[:, slip])
-            system[:m, np.searchsorted(with_pressure, slip)] += grown
-        normal = lu_factor(system, overwrite_a=True)
-    edge = _entering(sol, contact)
+    if disc.K != 0 or loaded:
+        normal = _normal_factors(disc, with_pressure, slip, growing)
+    entering, leading, thin = _entering(sol, contact)
     return Linearised(
-        disc, stick, slip, across, turning, inputs, shifts, with_pressure, normal, growing, *edge
+        disc=disc,
+        stick=np.flatnonzero(contact & (sol.state == STICK)),
+        slip=slip,
+        across=across,
+        turning=turning,
+        inputs=inputs,
+        shifts=shifts,
+        with_pressure=with_pressure,
+        normal=normal,
+        growing=growing,
+        entering=entering,
+        leading=leading,
+        thin=thin,
     )
+
+
+def _normal_factors(
+    disc: Discretisation, with_pressure: np.ndarray, slip: np.ndarray, growing: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """LU factors of the linearised normal problem: pressures and approach by distances and load."""
+    m = with_pressure.size
+    need("the linearised normal problem", 16.0 * m**2, "fewer elements fit")
+    system = np.zeros((m + 1, m + 1))
+    system[:m, :m] = disc.operators.normal.dense(with_pressure)
+    system[:m, m] = -1.0
+    # the last equation prescribes the load or the approach
+    if disc.loading.normal_force is None:
+        system[m, m] = 1.0
+    else:
+        system[m, :m] = 1.0
+    # tractions that slip grow with the pressure, and change the distance of unlike bodies
+    if disc.K != 0:
+        dense = disc.operators.traction_to_distance.dense(with_pressure, slip)
+        grown = np.einsum("min,in->mn", dense.reshape(m, 2, -1), growing[:, slip])
+        system[:m, np.searchsorted(with_pressure, slip)] += grown
+    factors: tuple[np.ndarray, np.ndarray] = lu_factor(system, overwrite_a=True)
+    return factors
 
 
 def _entering(sol: Solution, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Tractions (2, N) by pressure as particles bring them along at the leading edge; `leading` and
-    `thin` elements.
+    """Tractions (2, N) by pressure that particles carry at the leading edge; `leading` and `thin`
+    elements.
 
     Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the
     ratio that they have there. Particles enter such tractions without slip, which a difference over
     an element does not see: it is taken an element further on. The squares of both rise linearly
     from the edge, wherever that is in its element: the ratio is that of their slopes.
     """
-    rows, size, pressure = np.arange(sol.grid.rows), np.hypot(*sol.traction), sol.pressure
-    edge = sol.grid.nx - 1 - np.argmax(pressure[:, ::-1] > 0, axis=1)  # of each row
-    near, far = np.maximum(edge - 1, 0), np.maximum(edge - 2, 0)
-    rise, of = (
-        size[rows, far] ** 2 - size[rows, near] ** 2,
-        pressure[rows, far] ** 2 - pressure[rows, near] ** 2,
-    )
-    direction = sol.traction[:, rows, near] / np.where(size[rows, near] > 0, size[rows, near], 1.0)
-    ratio = direction * np.sqrt(
-        np.where((rise > 0) & (of > 0), rise, 0.0) / np.where(of > 0, of, 1.0)
-    )
-    first, stick = contact & (np.arange(sol.grid.nx) == edge[:, None]), sol.state == STICK
+    pressure = sol.pressure
+    traction = np.hypot(*sol.traction)
+    # the elements one and two behind the leading edge of each row
+    rows = np.arange(sol.grid.rows)
+    edge = sol.grid.nx - 1 - np.argmax(pressure[:, ::-1] > 0, axis=1)
+    near = np.maximum(edge - 1, 0)
+    far = np.maximum(edge - 2, 0)
+    # ratio of traction to pressure by the slopes of their squares
+    traction_rise = traction[rows, far] ** 2 - traction[rows, near] ** 2
+    pressure_rise = pressure[rows, far] ** 2 - pressure[rows, near] ** 2
+    size = np.where(traction[rows, near] > 0, traction[rows, near], 1.0)
+    direction = sol.traction[:, rows, near] / size
+    rising = (traction_rise > 0) & (pressure_rise > 0)
+    squared = np.where(rising, traction_rise, 0.0) / np.where(pressure_rise > 0, pressure_rise, 1.0)
+    entering = (direction * np.sqrt(squared))[:, :, None] * contact
+    # elements at the edge that stick, and those that slip before one that sticks
+    first = contact & (np.arange(sol.grid.nx) == edge[:, None])
     behind = sol.state[rows, near][:, None]
-    thin, leading = first & ~stick & (behind == STICK), first & stick & (behind != EXTERIOR)
-    return (ratio[:, :, None] * contact).reshape(2, -1), leading.ravel(), thin.ravel()
+    stick = sol.state == STICK
+    leading = first & stick & (behind != EXTERIOR)
+    thin = first & ~stick & (behind == STICK)
+    return entering.reshape(2, -1), leading.ravel(), thin.ravel()

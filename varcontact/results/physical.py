@@ -18,7 +18,7 @@ from varcontact.results.quantities_of_interest import semi_axes
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solvers.interface import Calls
+from varcontact.solvers.interface import SolveStats
 from varcontact.transports import SteadyRolling
 
 
@@ -29,23 +29,26 @@ def solution_of(
     state: ContactState,
     certificate: Certificate,
     converged: bool,
-    timing: dict[str, float],
-    calls: dict[str, dict[str, Calls]],
+    stats: SolveStats,
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
     scale = disc.scales.displacement
-    distance = disc.operators.normal.apply(state.pressure[None])[0] * scale + (
-        disc.distance - disc.base
-    )
+    elastic = disc.operators.normal.apply(state.pressure[None])[0] * scale
+    distance = elastic + (disc.distance - disc.base)
     distance = distance + disc.known_distance * scale
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
     shift, areas = shift_and_areas(disc, state)
     rolled = unit_slip(disc)
-    unknown = scene.approach_undetermined and scene.approach is None
+    approach = state.approach * disc.scales.displacement + disc.base
+    if scene.approach_undetermined and scene.approach is None:
+        approach = math.nan
     density = friction_work(disc, state, shift) * disc.scales.pressure / rolled
     if not plan.has_moment and disc.loading.motion is not None and disc.loading.motion.rigid[2]:
         density = np.full_like(density, math.nan)
+    on_parts = None
+    if disc.subgrid is not None:
+        on_parts = disc.subgrid.pressure * disc.scales.pressure
     return Solution(
         scene=scene,
         grid=disc.grid,
@@ -56,21 +59,19 @@ def solution_of(
         power_density=density,
         distance=distance - state.approach * disc.scales.displacement,
         state=areas,
-        approach=math.nan if unknown else state.approach * disc.scales.displacement + disc.base,
+        approach=approach,
         creepage=_creepage(scene, disc, state, rolled),
         certificate=certificate,
         converged=converged,
         iterations=state.iterations,
         status=state.status,
-        timing=timing,
+        timing=stats.timing,
         passes=state.passes,
         branch=state.branch,
         solved_by=state.solved_by,
-        calls=calls,
+        calls=stats.calls,
         plastic=_plastic(disc, left_fields(disc, state)),
-        pressure_on_parts=None
-        if disc.subgrid is None
-        else disc.subgrid.pressure * disc.scales.pressure,
+        pressure_on_parts=on_parts,
     )
 
 
@@ -86,7 +87,7 @@ def _plastic(disc: Discretisation, left: Fields) -> np.ndarray | None:
 
 
 def carried_fields(sol: Solution, disc: Discretisation) -> Fields:
-    """What particles have at the end of a step, dimensionless, from a solution: the reverse of
+    """Fields that particles carry from the end of a step, dimensionless: the reverse of
     `_plastic`.
     """
     if sol.plastic is None:
@@ -103,22 +104,22 @@ def _creepage(
     """
     if disc.loading.motion is None:
         return 0.0, 0.0, 0.0
-    motion, found = disc.loading.motion, state.rigid / rolled
+    motion = disc.loading.motion
     along_x, along_y, about_z = motion.rigid
-    prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
-    unknown = np.full(2, disc.loading.frictionless or not state.pressure.any())
+    forced = np.array([motion.Fx is not None, motion.Fy is not None])
+    undetermined = np.full(2, disc.loading.frictionless or not state.pressure.any())
+    # where the rigid shift has no reference, a force that changes leaves its shift open
     if scene.shift_undetermined and not isinstance(motion, Steady):
-        before = (
-            np.zeros(2) if disc.loading.previous_step is None else disc.loading.previous_step.force
-        )
+        before = np.zeros(2)
+        if disc.loading.previous_step is not None:
+            before = disc.loading.previous_step.force
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
         # a force of zero is zero to that
         rounding = 1e-14 * state.pressure.sum() * disc.lattice.area
-        unknown |= isinstance(motion, Shift) | (
-            np.abs(force - before) > 1e-9 * np.abs(force) + rounding
-        )
-    found = np.where(prescribed & unknown, math.nan, found)
-    return along_x + float(found[0]), along_y + float(found[1]), about_z
+        changed = np.abs(force - before) > 1e-9 * np.abs(force) + rounding
+        undetermined |= isinstance(motion, Shift) | changed
+    additional = np.where(forced & undetermined, math.nan, state.rigid / rolled)
+    return along_x + float(additional[0]), along_y + float(additional[1]), about_z
 
 
 def rolling_resistance(sol: Solution) -> float:
@@ -131,9 +132,8 @@ def rolling_resistance(sol: Solution) -> float:
     rolls = 0 if sol.motion is None else sol.motion.rolls
     if sol.scene.bodies.relaxes:
         distance = undeformed_distance(sol.scene.surface, None, sol.grid)
-        slope = np.gradient(
-            distance, sol.grid.sides[0], axis=1, edge_order=2 if sol.grid.nx > 2 else 1
-        )
+        order = 2 if sol.grid.nx > 2 else 1
+        slope = np.gradient(distance, sol.grid.sides[0], axis=1, edge_order=order)
         return rolls * float(np.sum(sol.pressure * slope) * sol.grid.area)
     if rolls == 0 or not sol.scene.coupled or not sol.traction.any():
         return 0.0
@@ -142,27 +142,25 @@ def rolling_resistance(sol: Solution) -> float:
     steady = SteadyRolling(abs(transport.distance), transport.dx, transport.difference)
     operator = disc.operators.pressure_to_shift(steady.stencil)
     pressure = sol.pressure[None]
-    if sol.scene.conformal:  # rolled the other way, by a mirror across x
-        twice = (
-            operator.apply(pressure)
-            + [[[1.0]], [[-1.0]]] * operator.apply(pressure[..., ::-1])[..., ::-1]
-        )
-    else:
-        twice = (
-            operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
-        )
+    # the mean of the shifts in rolling forward and backward: backward by a mirror
+    if sol.scene.conformal:  # across x
+        mirrored = operator.apply(pressure[..., ::-1])[..., ::-1]
+        twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * mirrored
+    else:  # through the centre
+        mirrored = operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
+        twice = operator.apply(pressure) + mirrored
     slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
     return 0.0 - float(rolls * np.sum(sol.traction * slip) * sol.grid.area)
 
 
 @dataclass(frozen=True)
 class Normalised:
-    """What a solution has, without dimension, so that contacts of all sizes and
-    loads fall on the same curves.
+    """Values of a solution without dimension: contacts of all sizes and loads fall
+    on the same curves.
 
     With the friction limit ``L = sum(f pz) dx dy`` (of bodies that do not slip,
     or without friction, the normal force), ``c = sqrt(a b)`` of Hertz's ellipse
-    (of other contacts ``c^2`` is their area by pi; in line contact c is half
+    (of other contacts ``c^2`` is their area / pi; in line contact c is half
     their width), and the combined modulus of rigidity G.
 
     Attributes
@@ -200,9 +198,16 @@ def normalised(sol: Solution) -> Normalised:
         limit = sol.normal_force
     if limit == 0:  # no contact
         return Normalised(*7 * (math.nan,))
-    (a, b), line = semi_axes(sol), sol.scene.line
-    size, area = (a, 2 * a) if line else (math.sqrt(a * b), math.pi * a * b)
-    powers = (1 if line else 2) - (1 if sol.motion is not None and sol.motion.rolls == 0 else 0)
+    a, b = semi_axes(sol)
+    size = math.sqrt(a * b)
+    area = math.pi * a * b
+    powers = 2
+    if sol.scene.line:
+        size = a
+        area = 2 * a
+        powers = 1
+    if sol.motion is not None and sol.motion.rolls == 0:  # a shift is a length
+        powers -= 1
     stiffness = sol.scene.bodies.combined_G * size**powers / limit
     return Normalised(
         Fx=sol.Fx / limit,

@@ -167,7 +167,7 @@ class Plan(Reported):
 
     @property
     def closed_form(self) -> bool:
-        """Whether the pressure is Hertz's."""
+        """True where the pressure is Hertz's."""
         return self.normal == "hertz"
 
     def cells(self, scene: Scene) -> Cells:
@@ -182,7 +182,7 @@ class Plan(Reported):
 
     @property
     def has_friction(self) -> bool:
-        """Whether there is a tangential problem."""
+        """True where there is a tangential problem."""
         return self.tangential != "none"
 
     @property
@@ -192,17 +192,17 @@ class Plan(Reported):
 
     @property
     def has_moment(self) -> bool:
-        """Whether the method gives a moment: Polach's formula is one of forces alone."""
+        """True where the method gives a moment: Polach's formula is one of forces alone."""
         return self.tangential != "polach"
 
     @property
     def solves(self) -> bool:
-        """Whether the tangential problem itself is solved, by whatever method."""
+        """True where the tangential problem itself is solved, by whatever method."""
         return self.has_friction and self.theory is None
 
     @property
     def loops(self) -> bool:
-        """Whether pressure and tractions are found in passes, until both stay."""
+        """True where pressure and tractions are solved for in passes, until both stay."""
         return self.coupling in ("panagiotopoulos", "joint", "newton")
 
     def summary(self) -> dict[str, Any]:
@@ -219,18 +219,16 @@ class Plan(Reported):
         """From the `record` that `summary` and JSON made of it; ValueError if it is no plan's."""
         if not (isinstance(record.get("reasons"), dict) and isinstance(record.get("normal"), str)):
             raise ValueError("a plan without methods and reasons")
-        beside = {
-            "sizes": None,
-            "costs": (),
-            "doubts": (),
-            "special": tuple(record.get("special", ())),
-        }
+        not_stored = {"sizes": None, "costs": (), "doubts": ()}
+        special = {"special": tuple(record.get("special", ()))}
         # of old files
-        return cls(**{name: value for name, value in record.items() if name != "left_out"} | beside)
+        entries = {name: value for name, value in record.items() if name != "left_out"}
+        return cls(**(entries | not_stored | special))
 
     def __repr__(self) -> str:
         names = ("method", "normal", "tangential", "coupling", "formulation")
-        return f"Plan({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+        entries = [f"{name}={getattr(self, name)!r}" for name in names]
+        return f"Plan({', '.join(entries)})"
 
     def report(self) -> str:
         """The plan in words, for people."""
@@ -243,52 +241,71 @@ class Plan(Reported):
         rows += [("", ""), *((name, getattr(self, name) + why.get(name, "")) for name in methods)]
         if self.sizes is not None:
             rows += [("", ""), *_rows_of_sizes(self.sizes)]
-        for i, cost in enumerate(self.costs):
-            solvers = (
-                cost.normal if cost.tangential == "none" else f"{cost.normal}, {cost.tangential}"
-            )
-            seconds = "seconds not known" if cost.seconds is None else f"about {cost.seconds:.1g} s"
-            rows.append(
-                (
-                    "" if i else "time, one core",
-                    f"{cost.method} ({solvers}): {seconds}, {_bytes(cost.bytes)}",
-                )
-            )
+        heading = "time, one core"
+        for cost in self.costs:
+            rows.append((heading, _words_of_cost(cost)))
+            heading = ""
         return in_rows("Plan", rows)
 
 
+def _words_of_cost(cost: Cost) -> str:
+    solvers = cost.normal
+    if cost.tangential != "none":
+        solvers += f", {cost.tangential}"
+    seconds = "seconds not known"
+    if cost.seconds is not None:
+        seconds = f"about {cost.seconds:.1g} s"
+    return f"{cost.method} ({solvers}): {seconds}, {_bytes(cost.bytes)}"
+
+
 def _rows_of_sizes(sizes: Sizes) -> list[tuple[str, str]]:
-    most, sides = "" if sizes.exact else "at most ", ""
-    if sizes.sides is not None:
-        sides = f", each {sizes.sides[0]:.4g}" + f" by {sizes.sides[1]:.4g}" * (sizes.grid[0] > 1)
-    rows = [("grid", f"{sizes.grid[1]} x {sizes.grid[0]} elements{sides}")]
-    for problem, count in sizes.elements.items():
-        unknowns = sizes.unknowns[problem]
-        solved = f"{most}{unknowns} unknowns" if unknowns else "closed form"
-        rows.append((f"{problem} problem", f"{most}{count} elements, {solved}"))
+    rows = [("grid", _words_of_grid(sizes))]
+    rows += [(f"{name} problem", _words_of_problem(sizes, name)) for name in sizes.elements]
     if sizes.mirrored:
         rows.append(("", "half the unknowns: the tangential problem is its own mirror image"))
     for matrix in sizes.matrices:
-        shape = f"{matrix.rows} x {matrix.columns}{' offsets' if matrix.kind == 'table' else ''}"
-        at_most = "at most " if matrix.at_most else ""
-        rows.append(
-            (
-                matrix.name,
-                f"{matrix.kind}, {at_most}{shape}, {_bytes(matrix.bytes)}: {matrix.reason}",
-            )
-        )
+        shape = f"{matrix.rows} x {matrix.columns}"
+        if matrix.kind == "table":
+            shape += " offsets"
+        if matrix.at_most:
+            shape = f"at most {shape}"
+        text = f"{matrix.kind}, {shape}, {_bytes(matrix.bytes)}: {matrix.reason}"
+        rows.append((matrix.name, text))
     stages = ", ".join(f"{name} {_bytes(size)}" for name, size in sizes.memory.items())
     rows.append(("peak memory", f"about {_bytes(sizes.peak)} ({stages})"))
-    there = process.available()
-    if sizes.peak > there:
-        rows.append(
-            ("", f"{'does' if sizes.exact else 'may'} not fit: {_bytes(there)} are available")
-        )
+    available = process.available()
+    if sizes.peak > available:
+        verb = "does" if sizes.exact else "may"
+        rows.append(("", f"{verb} not fit: {_bytes(available)} are available"))
     if not sizes.exact:
         rows.append(("", "upper bounds: the contact is not known until it is solved for"))
     return rows
 
 
+def _words_of_grid(sizes: Sizes) -> str:
+    rows, columns = sizes.grid
+    text = f"{columns} x {rows} elements"
+    if sizes.sides is not None:
+        text += f", each {sizes.sides[0]:.4g}"
+        if rows > 1:
+            text += f" by {sizes.sides[1]:.4g}"
+    return text
+
+
+def _words_of_problem(sizes: Sizes, problem: str) -> str:
+    elements = f"{sizes.elements[problem]} elements"
+    unknowns = f"{sizes.unknowns[problem]} unknowns"
+    if not sizes.exact:
+        elements = f"at most {elements}"
+        unknowns = f"at most {unknowns}"
+    if sizes.unknowns[problem] == 0:
+        unknowns = "closed form"
+    return f"{elements}, {unknowns}"
+
+
 def _bytes(size: float) -> str:
-    power = next((power for power in range(3) if size < 1000 * 1024**power), 3)
-    return f"{size / 1024**power:.3g} {('B', 'KiB', 'MiB', 'GiB')[power]}"
+    for unit in ("B", "KiB", "MiB"):
+        if size < 1000:
+            return f"{size:.3g} {unit}"
+        size /= 1024
+    return f"{size:.3g} GiB"

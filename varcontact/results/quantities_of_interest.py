@@ -20,7 +20,7 @@ from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import FrictionBound
+from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.scene import Scene
 from varcontact.theories.table import equivalent_ellipse
 
@@ -29,14 +29,16 @@ NORMAL = ("approach", "normal_force", "peak_pressure")
 
 
 def not_measurable(scene: Scene) -> SceneError | None:
-    """Why errors of a scene have no unit: nothing slips under infinite friction, so there is no
-    friction limit.
+    """The error of scenes whose errors have no unit: under infinite friction there is no friction
+    limit.
     """
-    if scene.motion is None or not any(
-        isinstance(f, float) and math.isinf(f) for f in scene.frictions
-    ):
+    infinite = [f for f in scene.frictions if isinstance(f, float) and math.isinf(f)]
+    if scene.motion is None or not infinite:
         return None
-    allowed = "finite, or a grid given in place of an accuracy: errors are measured by the friction limit f Fz"
+    allowed = (
+        "finite, or a grid given in place of an accuracy: "
+        "errors are measured by the friction limit f Fz"
+    )
     return SceneError("friction", math.inf, allowed)
 
 
@@ -64,32 +66,46 @@ def values(answer: Solution | History, steps: Sequence[int] | None = None) -> di
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-    ...     motion=vc.Steady(Fx=-0.1), grid=vc.Grid(nx=8, ny=8))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...     friction=0.3, motion=vc.Steady(Fx=-0.1), grid=vc.Grid(nx=8, ny=8))
     >>> list(values(vc.solve(scene)))
     ['vx', 'Fy', 'Mz']
     """
     if isinstance(answer, History):
         chosen = steps_that_count(len(answer), steps)
         return {f"{name}[{k}]": value for k in chosen for name, value in values(answer[k]).items()}
-    if answer.scene.frictionless:
-        found = _normal(answer)
+    measured = _normal(answer) if answer.scene.frictionless else _frictional(answer)
+    return {name: value for name, value in measured.items() if not math.isnan(value)}
+
+
+def _normal(sol: Solution) -> dict[str, float]:
+    """The approach, or the load where the approach is prescribed, and the largest pressure."""
+    if sol.scene.approach is None:
+        load = {"approach": sol.approach}
     else:
-        found = {}
-        for i, (name, creepage) in enumerate(
-            zip(("Fx", "Fy"), creepage_names(answer), strict=False)
-        ):
-            prescribed = getattr(answer.motion, name) is not None
-            found[creepage if prescribed else name] = float(
-                answer.creepage[i] if prescribed else answer.force[i]
-            )
-        if not answer.scene.line:
-            found["Mz"] = answer.moment
-    return {name: value for name, value in found.items() if not math.isnan(value)}
+        load = {"normal_force": sol.normal_force}
+    return load | {"peak_pressure": sol.max_pressure}
+
+
+def _frictional(sol: Solution) -> dict[str, float]:
+    """Forces, or creepages where the force is prescribed, and the moment."""
+    forces = dict(zip(("Fx", "Fy"), sol.force, strict=True))
+    along_x, along_y, _ = creepage_names(sol)
+    creepages = {"Fx": (along_x, sol.creepage[0]), "Fy": (along_y, sol.creepage[1])}
+    measured = {}
+    for name, force in forces.items():
+        if getattr(sol.motion, name) is None:
+            measured[name] = float(force)
+        else:
+            creepage, value = creepages[name]
+            measured[creepage] = float(value)
+    if not sol.scene.line:
+        measured["Mz"] = sol.moment
+    return measured
 
 
 def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dict[str, float]:
-    """What an error of one is, of each of an answer's `values`.
+    """Units of the errors of each of an answer's `values`: what an error of one is.
 
     Parameters
     ----------
@@ -122,8 +138,8 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=2.0, b=0.5), normal_force=1.0, friction=0.3,
-    ...     motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=8, ny=8))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=2.0, b=0.5), normal_force=1.0,
+    ...     friction=0.3, motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=8, ny=8))
     >>> print({name: round(unit, 6) for name, unit in units(vc.solve(scene)).items()})
     {'Fx': 0.3, 'Fy': 0.3, 'Mz': 0.3}
     """
@@ -131,29 +147,33 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     if refusal is not None:
         raise refusal
     if isinstance(answer, History):
-        single = {k: units(answer[k]) for k in steps_that_count(len(answer), steps)}
-        names = {name for of_step in single.values() for name in of_step}
-        largest = {
-            name: max(of_step.get(name, 0.0) for of_step in single.values()) for name in names
-        }
-        return {f"{name}[{k}]": largest[name] for k, of_step in single.items() for name in of_step}
-    found = _normal(answer)
+        return _units_of_history(answer, steps)
+    scene = answer.scene
+    sizes = _normal(answer)
     # without contact those of forces are zero
-    if not answer.scene.frictionless and answer.pressure.any():
-        scene = answer.scene
-        found |= frictional_units(
-            friction_limit(answer), *semi_axes(answer), scene.bodies, scene.line
-        )
-    return {name: abs(found.get(name, 0.0)) for name in values(answer)}
+    if not scene.frictionless and answer.pressure.any():
+        a, b = semi_axes(answer)
+        sizes |= frictional_units(friction_limit(answer), a, b, scene.bodies, scene.line)
+    return {name: abs(sizes.get(name, 0.0)) for name in values(answer)}
+
+
+def _units_of_history(history: History, steps: Sequence[int] | None) -> dict[str, float]:
+    """Of each value the largest unit of all steps, under its name with the step."""
+    of_steps = {k: units(history[k]) for k in steps_that_count(len(history), steps)}
+    largest: dict[str, float] = {}
+    for of_step in of_steps.values():
+        for name, unit in of_step.items():
+            largest[name] = max(largest.get(name, 0.0), unit)
+    return {f"{name}[{k}]": largest[name] for k, of_step in of_steps.items() for name in of_step}
 
 
 def steps_that_count(number: int, steps: Sequence[int] | None) -> Sequence[int]:
     """Steps of a history in which errors are measured: those asked for, or all; a `SceneError` if
     it lacks one.
     """
-    return (
-        range(number) if steps is None else checks.wholes("steps", steps, least=0, most=number - 1)
-    )
+    if steps is None:
+        return range(number)
+    return checks.wholes("steps", steps, least=0, most=number - 1)
 
 
 def error(
@@ -179,36 +199,22 @@ def error(
     >>> round(error({"Fx": -0.21, "Mz": 0.05}, {"Fx": -0.2, "Mz": 0.05}, {"Fx": 0.3, "Mz": 0.3}), 4)
     0.0333
     """
-    return float(
-        np.max(
-            [abs(found.get(name, math.nan) - value) / units[name] for name, value in exact.items()]
-        )
-    )
+    errors = [abs(found.get(name, math.nan) - value) / units[name] for name, value in exact.items()]
+    return float(np.max(errors))
 
 
 def creepage_names(sol: Solution) -> tuple[str, str, str]:
-    """What the entries of a solution's `creepage` are called."""
-    return (
-        ("vx", "vy", "spin")
-        if sol.motion is not None and sol.motion.rolls
-        else ("ux", "uy", "rotation")
-    )
-
-
-def _normal(sol: Solution) -> dict[str, float]:
-    load = (
-        {"approach": sol.approach}
-        if sol.scene.approach is None
-        else {"normal_force": sol.normal_force}
-    )
-    return load | {"peak_pressure": sol.max_pressure}
+    """Names of the entries of a solution's `creepage`."""
+    if sol.motion is not None and sol.motion.rolls:
+        return ("vx", "vy", "spin")
+    return ("ux", "uy", "rotation")
 
 
 def frictional_units(
     limit: float, a: float, b: float, bodies: Bodies | BodyPair, line: bool
 ) -> dict[str, float]:
-    """What an error of one is of forces, moment, creepages and shifts, by the friction limit and
-    the semi-axes.
+    """Units of the errors of forces, moment, creepages and shifts, from the friction limit and the
+    semi-axes.
     """
     G, nu = bodies.combined_G, bodies.combined_nu
     if line:
@@ -217,17 +223,27 @@ def frictional_units(
     else:
         rolling = 3 * limit / (G * a * b * creepage_coefficients(a, b, nu).C11)
         shift = 3 * (2 - nu) * limit / (8 * G * math.sqrt(a * b))
-    found = dict.fromkeys(("Fx", "Fy"), limit) | dict.fromkeys(("vx", "vy"), rolling)
-    return found | dict.fromkeys(("ux", "uy"), shift) | {"Mz": limit * math.sqrt(a * b)}
+    return {
+        "Fx": limit,
+        "Fy": limit,
+        "Mz": limit * math.sqrt(a * b),
+        "vx": rolling,
+        "vy": rolling,
+        "ux": shift,
+        "uy": shift,
+    }
 
 
 def friction_limit(sol: Solution) -> float:
-    """f Fz: what friction can carry, with the static coefficient where it follows a law [force]."""
+    """f Fz: the largest force of friction, with the static coefficient where it follows a law."""
     friction = sol.scene.friction
     if isinstance(friction, np.ndarray | FrictionBound):
         return float(sol.traction_bound.sum() * sol.grid.area)
-    static = friction if isinstance(friction, float) else getattr(friction, "static", math.nan)
-    return static * sol.normal_force
+    if isinstance(friction, Law):
+        return friction.static * sol.normal_force
+    if friction is None:
+        return math.nan
+    return friction * sol.normal_force
 
 
 def semi_axes(sol: Solution) -> tuple[float, float]:
@@ -237,10 +253,9 @@ def semi_axes(sol: Solution) -> tuple[float, float]:
     In line contact b is 1, as forces are per unit length.
     """
     hertz = sol.scene.hertz
-    if sol.scene.line:
-        lattice, contact = sol.contact
-        return (np.sum(contact) * lattice.area / 2 if hertz is None else hertz.a), 1.0
     if hertz is not None:
-        return hertz.a, hertz.b
+        return hertz.a, 1.0 if sol.scene.line else hertz.b
     lattice, contact = sol.contact
+    if sol.scene.line:
+        return np.sum(contact) * lattice.area / 2, 1.0
     return equivalent_ellipse(lattice, contact.astype(float))

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 Panel = Literal[
     "pressure", "traction", "slip", "distance", "power_density", "temperature", "section"
 ]
-"""What there are pictures of."""
-ROUNDING = 1e-9
+"""Pictures of a solution."""
+NEGATIVE_WORK_MIN = 1e-9
 """Part of the power from which on negative densities are more than rounding and tolerance."""
 
 
@@ -123,11 +123,13 @@ class Solution(Reported):
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-    ...     motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=12, ny=12))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...     friction=0.3, motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=12, ny=12))
     >>> sol = vc.solve(scene)
-    >>> print(f"{sol.Fx:.4f} {sol.power:.5f} {sol.friction_work:.5f} {sol.normalised.max_pressure:.2f}")
-    -0.1760 0.00880 0.00880 1.48
+    >>> print(f"{sol.Fx:.4f} {sol.power:.5f} {sol.friction_work:.5f}")
+    -0.1760 0.00880 0.00880
+    >>> print(f"{sol.normalised.max_pressure:.2f}")
+    1.48
     """
 
     scene: Scene
@@ -184,17 +186,20 @@ class Solution(Reported):
         """Loads along the axes of the plane, and the largest pressure, by `error_estimate` where it
         has them.
         """
-        (along_x, along_y), pressure, surface = self.traction, self.pressure, self.scene.surface
+        traction = self.traction
+        pressure = self.pressure
+        surface = self.scene.surface
         if isinstance(surface, SampledDistance):  # in conformal contact turned back
-            (along_x, along_y), pressure = surface.along_axes(
-                self.grid, self.traction, self.pressure
-            )
+            traction, pressure = surface.along_axes(self.grid, self.traction, self.pressure)
+        along_x, along_y = traction
         about_z = self.grid.x[None, :] * along_y - self.grid.y[:, None] * along_x
         fields = {"normal_force": pressure, "Fx": along_x, "Fy": along_y, "Mz": about_z}
-        found = {name: field.sum() * self.grid.area for name, field in fields.items()}
-        found["peak_pressure"] = self.pressure.max()
-        estimated = {} if self.error_estimate is None else self.error_estimate.values
-        return {name: float(estimated.get(name, value)) for name, value in found.items()}
+        loads = {name: field.sum() * self.grid.area for name, field in fields.items()}
+        loads["peak_pressure"] = self.pressure.max()
+        if self.error_estimate is not None:
+            estimated = self.error_estimate.values
+            loads = {name: estimated.get(name, value) for name, value in loads.items()}
+        return {name: float(value) for name, value in loads.items()}
 
     @property
     def friction(self) -> np.ndarray | None:
@@ -206,12 +211,12 @@ class Solution(Reported):
             return None
         if self.weakening is not None and (law.memory_distance > 0 or law.local):
             return np.asarray(law.static - self.weakening * (law.static - law.kinetic))
-        slip, warm = (
-            np.hypot(*self.slip) * (self.state == SLIP),
-            self.temperature if law.warm else None,
-        )
+        slip = np.hypot(*self.slip) * (self.state == SLIP)
+        warmth = None
+        if law.warm and self.temperature is not None:
+            warmth = self.temperature[0]
         places = np.meshgrid(self.grid.x, self.grid.y)
-        return law.on(slip, None if warm is None else warm[0], self.pressure, *places)
+        return law.on(slip, warmth, self.pressure, *places)
 
     @property
     def temperature(self) -> np.ndarray | None:
@@ -223,8 +228,9 @@ class Solution(Reported):
         scene = self.scene
         if scene.thermal is None or scene.speed is None:
             return None
-        # energy lost at edges heats nothing
-        heat = self.power_density * (0.0 if scene.no_slip else scene.speed)
+        heat = self.power_density * scene.speed
+        if scene.no_slip:  # energy lost at edges heats nothing
+            heat = self.power_density * 0.0
         return surface_temperatures(
             heat, self.state != EXTERIOR, self.grid.sides[0], scene.speed, scene.thermal
         )
@@ -255,27 +261,26 @@ class Solution(Reported):
         """g, shape (ny, nx): f pz, or what else the friction of the scene has; infinite in the
         contact without slip.
         """
-        bound, contact = np.zeros(self.grid.shape), self.pressure > 0
-        friction = self.scene.friction if self.friction is None else self.friction
+        friction = self.friction
+        if friction is None:
+            friction = self.scene.friction
         if isinstance(friction, FrictionBound):
             return friction.bound(self.pressure, *np.meshgrid(self.grid.x, self.grid.y))
+        bound = np.zeros(self.grid.shape)
         if friction is not None:
-            bound[contact] = (
-                np.broadcast_to(np.asarray(friction), bound.shape)[contact] * self.pressure[contact]
-            )
+            contact = self.pressure > 0
+            coefficient = np.broadcast_to(np.asarray(friction), bound.shape)
+            bound[contact] = coefficient[contact] * self.pressure[contact]
         return bound
 
     @property
     def elements(self) -> dict[str, int]:
         """Numbers of elements: contact, stick, slip; with a third body that yields also plastic."""
-        stick, slip = int(np.sum(self.state == STICK)), int(np.sum(self.state == SLIP))
-        plastic = {} if self.plastic is None else {"plastic": int(np.sum(self.state == PLASTIC))}
-        return {
-            "contact": stick + slip + sum(plastic.values()),
-            "stick": stick,
-            "slip": slip,
-            **plastic,
-        }
+        states = {"stick": STICK, "slip": SLIP}
+        if self.plastic is not None:
+            states["plastic"] = PLASTIC
+        numbers = {name: int(np.sum(self.state == state)) for name, state in states.items()}
+        return {"contact": sum(numbers.values()), **numbers}
 
     @property
     def areas(self) -> dict[str, float]:
@@ -286,17 +291,18 @@ class Solution(Reported):
 
     @property
     def contact(self) -> tuple[Grid, np.ndarray]:
-        """Where there is contact: a grid, that of the elements or of their parts if pressures are,
-        and bool on it.
+        """Elements in contact: a grid, that of the elements or of their parts if pressures are, and
+        bool on it.
         """
         if self.pressure_on_parts is None:
             return self.grid, self.state != EXTERIOR
-        (rows, columns), (ny, nx) = self.pressure_on_parts.shape, self.grid.shape
+        rows, columns = self.pressure_on_parts.shape
+        ny, nx = self.grid.shape
         return self.grid.divided((rows // ny, columns // nx)), self.pressure_on_parts > 0
 
     @property
     def motion(self) -> Motion | None:
-        """How the bodies move: the scene's motion."""
+        """Motion of the scene."""
         assert not isinstance(self.scene.motion, Transient)
         return self.scene.motion
 
@@ -321,7 +327,7 @@ class Solution(Reported):
         """
         negative = float(self.power_density[self.power_density < 0].sum())
         # where nothing slips
-        if negative == 0 or abs(negative) * self.grid.area < ROUNDING * abs(self.power):
+        if negative == 0 or abs(negative) * self.grid.area < NEGATIVE_WORK_MIN * abs(self.power):
             return 0.0
         return negative / abs(float(self.power_density.sum()))
 
@@ -336,14 +342,16 @@ class Solution(Reported):
         """
         # each element has its frame
         if self.scene.conformal or getattr(self.motion, "rigid_slip", None) is not None:
-            disc, (vx, vy, spin) = discretise(self.scene, self.grid), self.creepage
+            vx, vy, spin = self.creepage
             x, y = np.meshgrid(self.grid.x, self.grid.y)
-            given = disc.slip_of_elements / (
-                1.0 if disc.step is None else disc.step * disc.scales.length
-            )
-            slip = given + np.array([vx - spin * y, vy + spin * x])
+            disc = discretise(self.scene, self.grid)
+            rolled = 1.0
+            if disc.step is not None:
+                rolled = disc.step * disc.scales.length
+            slip = disc.slip_of_elements / rolled + np.array([vx - spin * y, vy + spin * x])
             return self.rolling_resistance - float(np.sum(self.traction * slip) * self.grid.area)
-        loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
+        loads = np.array([*self.force, self.moment])
+        motion = np.array(self.creepage)
         moved = (loads != 0) & (motion != 0)  # NaN of one has no power where the other is zero
         return self.rolling_resistance - float(loads[moved] @ motion[moved])
 
@@ -364,8 +372,13 @@ class Solution(Reported):
 
     def __repr__(self) -> str:
         Fx, Fy = self.force
-        loads = f"normal_force={self.normal_force:.6g}, force=({Fx:.6g}, {Fy:.6g}), moment={self.moment:.6g}"
-        return f"Solution({loads}, residual={self.certificate.residual:.1e})"
+        entries = (
+            f"normal_force={self.normal_force:.6g}",
+            f"force=({Fx:.6g}, {Fy:.6g})",
+            f"moment={self.moment:.6g}",
+            f"residual={self.certificate.residual:.1e}",
+        )
+        return f"Solution({', '.join(entries)})"
 
     def to_xarray(self) -> xr.Dataset:
         """All fields with coordinates and units, and the forces, as a dataset."""
@@ -418,8 +431,9 @@ class Solution(Reported):
         --------
         >>> import varcontact as vc
         >>> scene = vc.Scene(
-        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-        ...     motion=vc.Steady(vx=1e-6), grid=vc.Grid(nx=16, ny=16))
+        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(a=1.0, b=1.0),
+        ...     normal_force=1.0, friction=0.3, motion=vc.Steady(vx=1e-6),
+        ...     grid=vc.Grid(nx=16, ny=16))
         >>> print(vc.solve(scene).sensitivity().round(2) + 0.0)
         [[-4.33  0.    0.  ]
          [ 0.   -3.87 -1.56]]
@@ -506,8 +520,8 @@ class Solution(Reported):
         return plot_passes(self)
 
     def summary(self) -> dict[str, Any]:
-        """What ``varcontact solve --json`` prints: forces, counts, certificate, methods; None for
-        what is not known.
+        """Forces, counts, certificate and methods as ``varcontact solve --json`` prints them; None
+        for what is not known.
         """
         from varcontact.results.report import summary
 

@@ -26,9 +26,10 @@ ONE = "; of a History, one of its steps"
 FARTHEST = 1e60
 """The largest coordinate of a point: the potentials take fifth powers of distances."""
 
-PER_ELEMENT, PER_DEPTH = 2200.0, 450.0
-"""Bytes of `stress_below` by element: of one layer at work, and of the results of each; measured on
-4096 to 262 144."""
+BYTES_PER_ELEMENT = 2200.0
+"""Memory of `stress_below` for one layer at work, measured on 4096 to 262 144 elements."""
+BYTES_PER_ELEMENT_AND_DEPTH = 450.0
+"""Memory of its results, measured likewise."""
 
 
 class Patch(Protocol):
@@ -92,9 +93,8 @@ class SubsurfaceStress:
     @property
     def principal(self) -> np.ndarray:
         """Principal stresses, the largest first, shape (3, ...)."""
-        return np.moveaxis(
-            np.linalg.eigvalsh(np.moveaxis(self.stress, (0, 1), (-2, -1)))[..., ::-1], -1, 0
-        )
+        increasing = np.linalg.eigvalsh(np.moveaxis(self.stress, (0, 1), (-2, -1)))
+        return np.moveaxis(increasing[..., ::-1], -1, 0)
 
     @property
     def tresca(self) -> np.ndarray:
@@ -146,28 +146,44 @@ def stress(solution: Solution | Patch, points: Any, body: Body = 1) -> Subsurfac
 
     >>> import numpy as np
     >>> import varcontact as vc
-    >>> scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=2.0,
-    ...                  grid=vc.Grid(nx=24, ny=24))
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0),
+    ...                  normal_force=2.0, grid=vc.Grid(nx=24, ny=24))
     >>> depths = np.linspace(0.3, 0.7, 41)
     >>> below = vc.stress(vc.solve(scene), [0 * depths, 0 * depths, depths])
-    >>> print(f"{below.tresca.max() / 2 / scene.hertz.peak_pressure:.2f} at {depths[below.tresca.argmax()]:.2f}")
+    >>> largest = below.tresca.max() / 2 / scene.hertz.peak_pressure
+    >>> print(f"{largest:.2f} at {depths[below.tresca.argmax()]:.2f}")
     0.31 at 0.48
     """
     names = body_names(solution)
-    side, solution = side_of(body, names), solution_of(solution)
-    given = checks.numbers("points", points, most=FARTHEST)
-    if given.ndim == 0 or given.shape[0] != 3:
-        turned = " (did you mean its transpose?)" if given.ndim == 2 and given.shape[1] == 3 else ""
-        raise checks.wrong_shape("points", given.shape, f"of shape (3, ...): x, y and z{turned}")
-    depth = given[2] if side == 1 else -given[2]
+    side = side_of(body, names)
+    solution = solution_of(solution)
+    coordinates = _coordinates(points)
+    x, y, z = coordinates
+    depth = z if side == 1 else -z
     outside = np.flatnonzero(depth < 0)
     if outside.size:
-        name, where = names[side - 1], "z >= 0" if side == 1 else "z <= 0"
-        place = ", ".join([":", *map(str, np.unravel_index(outside[0], depth.shape))])
-        allowed = f"in the {name}{' body' * (names == NAMES)}, {where} ({outside.size} of {depth.size} points are outside)"
-        raise SceneError(f"points[{place}]", given.reshape(3, -1)[:, outside[0]].tolist(), allowed)
-    flat = np.stack([given[0].ravel(), given[1].ravel(), depth.ravel()])
-    return _field(solution, side, given, flat, below=False)
+        first = ", ".join([":", *map(str, np.unravel_index(outside[0], depth.shape))])
+        name = names[side - 1]
+        if names == NAMES:
+            name += " body"
+        half = "z >= 0" if side == 1 else "z <= 0"
+        count = f"{outside.size} of {depth.size} points are outside"
+        point = coordinates.reshape(3, -1)[:, outside[0]].tolist()
+        raise SceneError(f"points[{first}]", point, f"in the {name}, {half} ({count})")
+    flat = np.stack([x.ravel(), y.ravel(), depth.ravel()])
+    field = _Field(solution, side)
+    return field.on_scene(coordinates, field.at(flat))
+
+
+def _coordinates(points: Any) -> np.ndarray:
+    """Points as an array (3, ...), checked."""
+    coordinates = checks.numbers("points", points, most=FARTHEST)
+    if coordinates.ndim == 0 or coordinates.shape[0] != 3:
+        allowed = "of shape (3, ...): x, y and z"
+        if coordinates.ndim == 2 and coordinates.shape[1] == 3:
+            allowed += " (did you mean its transpose?)"
+        raise checks.wrong_shape("points", coordinates.shape, allowed)
+    return coordinates
 
 
 @checks.named_options()
@@ -200,8 +216,8 @@ def stress_below(solution: Solution | Patch, depths: Any, body: Body = 1) -> Sub
     --------
     >>> import numpy as np
     >>> import varcontact as vc
-    >>> scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
-    ...                  grid=vc.Grid(nx=16, ny=16))
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0),
+    ...                  normal_force=1.0, grid=vc.Grid(nx=16, ny=16))
     >>> sol = vc.solve(scene)
     >>> layers = vc.stress_below(sol, [0.0, 0.5])
     >>> layers.von_mises.shape
@@ -209,7 +225,8 @@ def stress_below(solution: Solution | Patch, depths: Any, body: Body = 1) -> Sub
     >>> bool(np.allclose(layers.stress[2, 2, 0], -sol.pressure, rtol=0, atol=1e-14))
     True
     """
-    side, solution = side_of(body, body_names(solution)), solution_of(solution)
+    side = side_of(body, body_names(solution))
+    solution = solution_of(solution)
     below = np.atleast_1d(checks.numbers("depths", depths, most=FARTHEST))
     if below.ndim != 1 or below.size == 0:
         raise checks.wrong_shape("depths", below.shape, "a number or several")
@@ -217,25 +234,27 @@ def stress_below(solution: Solution | Patch, depths: Any, body: Body = 1) -> Sub
         raise SceneError(
             "depths", float(below.min()), "zero or positive: distances from the surface"
         )
-    smaller = "fewer depths at a time would fit" if below.size > 1 else SMALLER
+    smaller = SMALLER
+    if below.size > 1:
+        smaller = "fewer depths at a time would fit"
     need(
         "the stress below the surface",
-        solution.grid.size * (PER_ELEMENT + PER_DEPTH * below.size),
+        solution.grid.size * (BYTES_PER_ELEMENT + BYTES_PER_ELEMENT_AND_DEPTH * below.size),
         smaller,
     )
-    z, y, x = np.meshgrid(
-        below if side == 1 else -below, solution.grid.y, solution.grid.x, indexing="ij"
-    )
-    return _field(solution, side, np.stack([x, y, z]), below, below=True)
+    heights = below if side == 1 else -below
+    z, y, x = np.meshgrid(heights, solution.grid.y, solution.grid.x, indexing="ij")
+    field = _Field(solution, side)
+    return field.on_scene(np.stack([x, y, z]), field.below(below))
 
 
 def body_names(solved: Any) -> tuple[str, str]:
-    """Of the bodies of a scene's solution, or of a patch of a wheel."""
+    """Names of the bodies of a scene's solution, or of a patch of a wheel."""
     return getattr(solved, "body_names", NAMES)
 
 
 def solution_of(solved: Any) -> Solution:
-    """That of a scene, or of a patch of a wheel, checked."""
+    """Solution of a scene, or of a patch of a wheel, checked."""
     solution: Any = solved.solution if hasattr(solved, "body_names") else solved
     checks.kind("solution", solution, Solution, more=ONE)
     return cast(Solution, solution)
@@ -252,42 +271,61 @@ def side_of(body: Any, names: tuple[str, str]) -> int:
     raise SceneError("body", body, allowed)
 
 
-def _field(
-    solution: Solution, side: int, points: np.ndarray, where: np.ndarray, *, below: bool
-) -> SubsurfaceStress:
-    """The field of a body at points, `where` upwards into it: `below` all elements the depths; the
-    lower mirrored.
+class _Field:
+    """Elastic field of one body of a solution, in axes with z into the body: a half-space or
+    layers.
     """
-    grid, scene, bodies = solution.grid, solution.scene, solution.scene.bodies
-    tangential = solution.traction if side == 1 else -solution.traction
-    tractions = np.concatenate([tangential, solution.pressure[None]])
-    body: Any = bodies if isinstance(bodies, Bodies) else (bodies.upper, bodies.lower)[side - 1]
-    if isinstance(body, Bodies):
-        G, nu = (bodies if isinstance(bodies, Bodies) else bodies.surfaces).pairs
-        constants = {
-            "G": G[side - 1],
-            "nu": nu[side - 1],
-            "reference": scene.reference_depth or 1.0,
-        }
-        field = (field_below if below else field_at)(where, grid, tractions, **constants)
-    elif isinstance(body, Layered):
-        base = body.base if isinstance(body.base, str) else body.base[:2]
-        stack = Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), base)
-        field = (layered_field_below if below else layered_field_at)(
-            where, grid, tractions, stack=stack
+
+    def __init__(self, solution: Solution, side: int) -> None:
+        self.solution = solution
+        self.side = side
+        tangential = solution.traction if side == 1 else -solution.traction
+        self.tractions = np.concatenate([tangential, solution.pressure[None]])
+        bodies = solution.scene.bodies
+        body: Any = bodies
+        pair = bodies
+        if not isinstance(bodies, Bodies):
+            body = (bodies.upper, bodies.lower)[side - 1]
+            pair = bodies.surfaces
+        self.layered = isinstance(body, Layered)
+        self.constants: dict[str, Any]
+        if isinstance(body, Bodies):
+            G, nu = pair.pairs
+            reference = solution.scene.reference_depth or 1.0
+            self.constants = {"G": G[side - 1], "nu": nu[side - 1], "reference": reference}
+        elif isinstance(body, Layered):
+            base = body.base if isinstance(body.base, str) else body.base[:2]
+            layers = tuple((layer.h, layer.G, layer.nu) for layer in body.layers)
+            self.constants = {"stack": Stack(layers, base)}
+        else:
+            allowed = "a half-space, Bodies(G, nu), or Layered"
+            raise SceneError("body", side, f"{allowed}: of others these stresses are not known")
+
+    def at(self, points: np.ndarray) -> Any:
+        """The field at points (3, n)."""
+        compute = layered_field_at if self.layered else field_at
+        return compute(points, self.solution.grid, self.tractions, **self.constants)
+
+    def below(self, depths: np.ndarray) -> Any:
+        """The field at depths (n,) below all elements."""
+        compute = layered_field_below if self.layered else field_below
+        return compute(depths, self.solution.grid, self.tractions, **self.constants)
+
+    def on_scene(self, points: np.ndarray, field: Any) -> SubsurfaceStress:
+        """A field in the scene's axes: that of the lower body is mirrored."""
+        scene = self.solution.scene
+        trailing = points.shape[1:]
+        into_body = 1.0 if self.side == 1 else -1.0
+        vector = np.array([1.0, 1.0, into_body]).reshape(3, *(1,) * len(trailing))
+        tensor = vector[:, None] * vector
+        displacement = field.displacement.reshape(points.shape) * vector
+        layered_line = scene.line and not isinstance(scene.bodies, Bodies)
+        if scene.shift_undetermined or layered_line:
+            displacement = np.full_like(displacement, np.nan)
+        return SubsurfaceStress(
+            body=self.side,
+            points=points,
+            displacement=displacement,
+            gradient=field.gradient.reshape(3, 3, *trailing) * tensor,
+            stress=field.stress.reshape(3, 3, *trailing) * tensor,
         )
-    else:
-        allowed = "a half-space, Bodies(G, nu), or Layered: of others these stresses are not known"
-        raise SceneError("body", side, allowed)
-    trailing, mirror = points.shape[1:], np.array([1.0, 1.0, 1.0 if side == 1 else -1.0])
-    vector = mirror.reshape(3, *(1,) * len(trailing))
-    tensor = vector[:, None] * vector
-    undetermined = scene.shift_undetermined or (scene.line and not isinstance(bodies, Bodies))
-    return SubsurfaceStress(
-        body=side,
-        points=points,
-        displacement=field.displacement.reshape(points.shape)
-        * (vector * np.nan if undetermined else vector),
-        gradient=field.gradient.reshape(3, 3, *trailing) * tensor,
-        stress=field.stress.reshape(3, 3, *trailing) * tensor,
-    )

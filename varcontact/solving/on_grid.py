@@ -460,8 +460,7 @@ def finish(
         state,
         certificate,
         residual <= solver.tol,
-        solver.stats.timing,
-        solver.stats.calls,
+        solver.stats,
     )
     if law is not None and (in_time or law.memory_distance > 0):
         solution = replace(solution, weakening=weakening(disc, before, solution))

@@ -373,9 +373,7 @@ class TimeStepping:
                 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3))
             )
             state = replace(unloaded(disc.grid), approach=level)
-            return solution_of(
-                scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls
-            )
+            return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats)
         if steps.plan.coupling == "johnson":
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
