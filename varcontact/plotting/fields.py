@@ -66,7 +66,10 @@ def draw_states(
         inside = np.pad(state == number, ((0, 0), (0, 1))).ravel()
         first, end = np.flatnonzero(np.diff(inside, prepend=False)).reshape(-1, 2).T
         row = first // x.size
-        left, right, low, high = x[first % x.size], x[end % x.size], y[row], y[row + 1]
+        left = x[first % x.size]
+        right = x[end % x.size]
+        low = y[row]
+        high = y[row + 1]
         corners = np.array([[left, low], [right, low], [right, high], [left, high], [left, low]])
         codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY] * row.size
         outline = Path(corners.transpose(2, 0, 1).reshape(-1, 2), codes)
@@ -82,7 +85,8 @@ def draw_areas(
     `box` is the contact with a margin, `largest` the largest traction, that with the longest arrow,
     if not given.
     """
-    shown = box_of(sol.state > 0, sol.grid) if box is None else box
+    if box is None:
+        box = box_of(sol.state > 0, sol.grid)
     lengths = measure(sol.scene, "length", sol.grid.box)
     state = sol.state
     # slip at the leading edge, before elements that stick, is grid error
@@ -93,7 +97,8 @@ def draw_areas(
     x, y = sol.grid.lines
     draw_states(ax, state, lengths(x), lengths(y), sol.plastic is not None)
     size = np.hypot(*sol.traction).max(initial=0.0)
-    if _draw_arrows(ax, sol.grid, sol.traction, sol.state > 0, 26, lengths, shown, largest or size):
+    arrows = Arrows(sol.traction, sol.state > 0, 26, largest or size)
+    if _draw_arrows(ax, sol.grid, arrows, lengths, box):
         words = f"traction, up to {measure(sol.scene, 'pressure', size).text(size)}"
         ax.plot(
             [],
@@ -105,11 +110,11 @@ def draw_areas(
             label=words,
         )
     vx, vy, spin = sol.creepage
-    left, right, bottom, top = shown
+    left, right, bottom, top = box
     if spin != 0 and left < -vy / spin < right and bottom < vx / spin < top:
         ax.plot(lengths(-vy / spin), lengths(vx / spin), "k.", markersize=7, label="spin pole")
     ax.set_title("Tangential traction on body 1")
-    _frame(ax, sol, lengths, shown)
+    _frame(ax, sol, lengths, box)
     style.legend_below(ax, columns=2)
 
 
@@ -119,48 +124,65 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
 
     In line contact vectors are drawn by their components, over stick and slip areas.
     """
-    field, lengths = FIELDS[name], measure(sol.scene, "length", sol.grid.box)
+    field = FIELDS[name]
+    contact = sol.state > 0
     values = np.asarray(getattr(sol, name))
     if name == "temperature":
         values = values[0]
-    values = values if field.outside else np.where(sol.state > 0, values, np.nan)
+    if not field.outside:
+        values = np.where(contact, values, np.nan)
     size = np.hypot(*values) if values.ndim == 3 else values
     measured = measure(sol.scene, moved(field.quantity, is_shift(sol)), size)
     ax.set_title(field.title)
     if sol.scene.line:
-        if sol.scene.motion is not None:
-            _line_areas(ax, sol, lengths)
-        x, label = lengths(sol.grid.x), field.label
-        if values.ndim == 3:
-            label = "shift" if is_shift(sol) else "relative slip"
-            ax.set_title(f"{label.capitalize()} of body 1 over body 2")
-            _draw_components(ax, x, measured(values[:, 0]), True)
-        else:
-            ax.plot(x, measured(values[0]), "o-", color=style.TRACTION_COLOUR)
-        ax.set_ylabel(measured.label(label))
-        _section_frame(ax, sol, lengths, box_of(sol.state > 0, sol.grid))
+        _draw_line_field(ax, sol, field, values, measured)
         return
+    lengths = measure(sol.scene, "length", sol.grid.box)
     shown = np.ma.masked_invalid(size)
+    least = None
+    if shown.count() and shown.min() >= -1e-6 * shown.max():
+        least = 0.0
     image = ax.imshow(
         measured(1.0) * shown,
         origin="lower",
         extent=tuple(lengths(sol.grid.box).tolist()),
         cmap=field.colours,
-        vmin=0.0 if shown.count() and shown.min() >= -1e-6 * shown.max() else None,
+        vmin=least,
         aspect="auto",
     )
     style.colour_bar(ax, image, measured.label(field.label))
-    box = sol.grid.box if field.outside else box_of(sol.state > 0, sol.grid)
+    box = sol.grid.box
+    if not field.outside:
+        box = box_of(contact, sol.grid)
     if values.ndim == 3:
-        _draw_arrows(ax, sol.grid, values, sol.state == SLIP, 20, lengths, box, float(shown.max()))
+        arrows = Arrows(values, sol.state == SLIP, 20, float(shown.max()))
+        _draw_arrows(ax, sol.grid, arrows, lengths, box)
     _frame(ax, sol, lengths, box)
-    contact = sol.state > 0
     if field.outside and contact.any():
-        ax.contour(
-            lengths(sol.grid.x), lengths(sol.grid.y), contact, [0.5], colors="w", linewidths=1.0
-        )
+        x = lengths(sol.grid.x)
+        y = lengths(sol.grid.y)
+        ax.contour(x, y, contact, [0.5], colors="w", linewidths=1.0)
         ax.plot([], [], color="0.6", linewidth=1.0, label="contact edge")
         style.legend_below(ax)
+
+
+def _draw_line_field(
+    ax: Axes, sol: Solution, field: Field, values: np.ndarray, measured: Measure
+) -> None:
+    """A field of a line contact as a curve, of vectors as two."""
+    lengths = measure(sol.scene, "length", sol.grid.box)
+    if sol.scene.motion is not None:
+        _line_areas(ax, sol, lengths)
+    x = lengths(sol.grid.x)
+    label = field.label
+    if values.ndim == 3:
+        label = "shift" if is_shift(sol) else "relative slip"
+        ax.set_title(f"{label.capitalize()} of body 1 over body 2")
+        _draw_components(ax, x, measured(values[:, 0]), True)
+    else:
+        ax.plot(x, measured(values[0]), "o-", color=style.TRACTION_COLOUR)
+    ax.set_ylabel(measured.label(label))
+    _section_frame(ax, sol, lengths, box_of(sol.state > 0, sol.grid))
 
 
 def draw_section(
@@ -176,114 +198,149 @@ def draw_section(
     In line contact over stick and slip areas; then `box` is the contact with a margin, `largest`
     the traction that has room, all of this solution if not given.
     """
-    line, grid = sol.scene.line, sol.grid
-    row, lengths = int(np.argmax(sol.pressure.max(axis=1))), measure(sol.scene, "length", grid.box)
-    if y is not None:
-        y = checks.number("y", y)
-        if line:
-            raise SceneError("y", y, "left out in line contact, which is the same in all sections")
-        _, _, bottom, top = grid.box
-        if not bottom <= y <= top:
-            raise SceneError("y", y, f"on the grid, from {bottom:.6g} to {top:.6g}")
-        row = _nearest_row(grid, y)
+    lengths = measure(sol.scene, "length", sol.grid.box)
+    row = _section_row(sol, y)
     if sol.scene.motion is None:
         measured = measure(sol.scene, "pressure", sol.pressure[row])
-        ax.plot(lengths(grid.x), measured(sol.pressure[row]), "o-", color=style.TRACTION_COLOUR)
+        x = lengths(sol.grid.x)
+        ax.plot(x, measured(sol.pressure[row]), "o-", color=style.TRACTION_COLOUR)
         ax.set_ylabel(measured.label("pressure"))
     else:
-        x, traction, bound = lengths(grid.x), sol.traction[:, row], sol.traction_bound[row]
-        most = np.abs([*traction.ravel(), *bound[np.isfinite(bound)]]).max(initial=0.0)
-        measured = measure(sol.scene, "pressure", most if largest is None else largest)
-        if line:
-            _line_areas(ax, sol, lengths)
-        if np.all(np.isfinite(bound)):
-            ends = measured(bound)
-            if not line:
-                ax.fill_between(x, -ends, ends, color="0.93", linewidth=0)
-            ax.plot(x, ends, color=style.BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
-            ax.plot(x, -ends, color=style.BOUND_COLOUR, linewidth=0.9)
-        if not line or traction[1].any():
-            ax.plot(x, measured(np.hypot(*traction)), color="k", linewidth=1.6, label="$|p|$")
-        _draw_components(ax, x, measured(traction), line)
-        ax.set_ylabel(measured.label("traction"))
-    place = float(grid.y[row])
-    at = lengths.text(0.0 if abs(place) < 1e-9 * grid.sides[1] else place)
-    of_line = "Section along x" if sol.scene.motion is None else "Tangential traction on body 1"
-    ax.set_title(of_line if line else f"Section at y = {at}")
-    in_row = np.zeros_like(sol.state, dtype=bool)
-    in_row[row] = sol.state[row] > 0
-    _section_frame(ax, sol, lengths, box_of(in_row, grid) if box is None else box)
+        measured = _draw_row_of_tractions(ax, sol, row, largest)
+    ax.set_title(_section_title(sol, row, lengths))
+    if box is None:
+        contact = np.zeros_like(sol.state, dtype=bool)
+        contact[row] = sol.state[row] > 0
+        box = box_of(contact, sol.grid)
+    _section_frame(ax, sol, lengths, box)
     if largest:
         ax.set_ylim(*measured([-1.08 * largest, 1.08 * largest]))
 
 
-def _nearest_row(grid: Grid, y: float) -> int:
-    return int(np.argmin(np.abs(grid.y - y)))
+def _section_row(sol: Solution, y: float | None) -> int:
+    """The row of elements nearest to y, or the one with the largest pressure."""
+    if y is None:
+        return int(np.argmax(sol.pressure.max(axis=1)))
+    y = checks.number("y", y)
+    if sol.scene.line:
+        raise SceneError("y", y, "left out in line contact, which is the same in all sections")
+    _, _, bottom, top = sol.grid.box
+    if not bottom <= y <= top:
+        raise SceneError("y", y, f"on the grid, from {bottom:.6g} to {top:.6g}")
+    return int(np.argmin(np.abs(sol.grid.y - y)))
+
+
+def _section_title(sol: Solution, row: int, lengths: Measure) -> str:
+    if not sol.scene.line:
+        place = float(sol.grid.y[row])
+        if abs(place) < 1e-9 * sol.grid.sides[1]:
+            place = 0.0
+        return f"Section at y = {lengths.text(place)}"
+    if sol.scene.motion is None:
+        return "Section along x"
+    return "Tangential traction on body 1"
+
+
+def _draw_row_of_tractions(ax: Axes, sol: Solution, row: int, largest: float | None) -> Measure:
+    """Tractions of a row, their size and the traction bound; how they are measured."""
+    line = sol.scene.line
+    lengths = measure(sol.scene, "length", sol.grid.box)
+    x = lengths(sol.grid.x)
+    traction = sol.traction[:, row]
+    bound = sol.traction_bound[row]
+    if largest is None:
+        finite = bound[np.isfinite(bound)]
+        largest = np.abs([*traction.ravel(), *finite]).max(initial=0.0)
+    measured = measure(sol.scene, "pressure", largest)
+    if line:
+        _line_areas(ax, sol, lengths)
+    if np.all(np.isfinite(bound)):
+        ends = measured(bound)
+        if not line:
+            ax.fill_between(x, -ends, ends, color="0.93", linewidth=0)
+        look: dict[str, Any] = {"color": style.BOUND_COLOUR, "linewidth": 0.9}
+        ax.plot(x, ends, **look, label="$\\pm$ traction bound")
+        ax.plot(x, -ends, **look)
+    if not line or traction[1].any():
+        ax.plot(x, measured(np.hypot(*traction)), color="k", linewidth=1.6, label="$|p|$")
+    _draw_components(ax, x, measured(traction), line)
+    ax.set_ylabel(measured.label("traction"))
+    return measured
 
 
 def box_of(contact: np.ndarray, grid: Grid) -> Box:
     """Some elements (ny, nx) with a margin of two; of none, the whole grid."""
     if not contact.any():
         return grid.box
-    (dx, dy), x, y = grid.sides, grid.x[contact.any(axis=0)], grid.y[contact.any(axis=1)]
+    dx, dy = grid.sides
+    x = grid.x[contact.any(axis=0)]
+    y = grid.y[contact.any(axis=1)]
     return x[0] - 2.5 * dx, x[-1] + 2.5 * dx, y[0] - 2.5 * dy, y[-1] + 2.5 * dy
 
 
-def _draw_arrows(
-    ax: Axes,
-    grid: Grid,
-    values: np.ndarray,
-    where: np.ndarray,
-    most: int,
-    lengths: Measure,
-    box: Box,
-    largest: float,
-) -> bool:
-    """Arrows on some elements, `most` along a side, the longest nearly two distances long; whether
-    there are any.
+@dataclass(frozen=True, eq=False)
+class Arrows:
+    """Vectors (2, ny, nx) drawn as arrows on some elements of an area, at most so many along a
+    side; a vector of the largest size is nearly two distances long.
     """
-    every = max(1, int(np.ceil(max(grid.shape) / most)))
-    iy, ix = (
-        every * i + every // 2 for i in np.nonzero(where[every // 2 :: every, every // 2 :: every])
-    )
-    if largest <= 0 or ix.size == 0:
+
+    vectors: np.ndarray
+    area: np.ndarray
+    along_side: int
+    largest: float
+
+
+def _draw_arrows(ax: Axes, grid: Grid, arrows: Arrows, lengths: Measure, box: Box) -> bool:
+    """Draw arrows; False where there are none."""
+    every = max(1, int(np.ceil(max(grid.shape) / arrows.along_side)))
+    first = every // 2
+    drawn = arrows.area[first::every, first::every]
+    iy, ix = (every * i + first for i in np.nonzero(drawn))
+    if arrows.largest <= 0 or ix.size == 0:
         return False
-    u, v = values[:, iy, ix] / largest
+    u, v = arrows.vectors[:, iy, ix] / arrows.largest
     # if axes are not to one scale, directions are kept on the page, and the longest arrow is a
     # twentieth of its width
     scale: dict[str, Any] = {"angles": "uv", "scale_units": "width", "scale": 20}
     if to_scale(box):
         length = 1.6 * every * float(lengths(max(grid.sides)))
         scale = {"angles": "xy", "scale_units": "xy", "scale": 1 / length}
-    x, y = lengths(grid.x[ix]), lengths(grid.y[iy])
+    x = lengths(grid.x[ix])
+    y = lengths(grid.y[iy])
     ax.quiver(x, y, u, v, color=style.TRACTION_COLOUR, width=0.005, pivot="tail", zorder=3, **scale)
     return True
 
 
 def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
     """Labels, limits, and axes to one scale, or a word where they are not."""
-    equal = to_scale(box)
-    ax.set_aspect("equal" if equal else "auto")
-    ax.set_xlabel(_x_label(sol, lengths) + ("" if equal else "\n(x and y not to one scale)"))
+    x_label = _x_label(sol, lengths)
+    if to_scale(box):
+        ax.set_aspect("equal")
+    else:
+        ax.set_aspect("auto")
+        x_label += "\n(x and y not to one scale)"
+    ax.set_xlabel(x_label)
     ax.set_ylabel(lengths.label("y"))
     ax.set_xlim(*lengths(box[:2]))
     ax.set_ylim(*lengths(box[2:]))
 
 
 def to_scale(box: Box) -> bool:
-    """Whether a box is so near a square that its axes are to one scale."""
+    """True for a box so near a square that its axes are to one scale."""
     left, right, bottom, top = box
     return 0.2 < (right - left) / (top - bottom) < 5
 
 
 def _x_label(sol: Solution, lengths: Measure) -> str:
-    return lengths.label("x") + style.ROLLING.get(
-        sol.motion.rolls if sol.motion is not None else 0, ""
-    )
+    label = lengths.label("x")
+    if sol.motion is None:
+        return label
+    return label + style.ROLLING.get(sol.motion.rolls, "")
 
 
 def _line_areas(ax: Axes, sol: Solution, lengths: Measure) -> None:
-    x, page = lengths(sol.grid.lines[0]), np.array([0.0, 1.0])
+    x = lengths(sol.grid.lines[0])
+    page = np.array([0.0, 1.0])
     draw_states(
         ax,
         sol.state,

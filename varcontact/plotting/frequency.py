@@ -26,23 +26,31 @@ NAMES = {
     "vx": "v_x",
     "vy": "v_y",
     "spin": r"\varphi",
+    "normal_force": "N",
+    "roughness": "r",
+    "approach": r"\delta",
 }
-NAMES |= {"normal_force": "N", "roughness": "r", "approach": r"\delta"}
+"""Symbols of outputs and inputs."""
 
 
 def plot_response(
     response: FrequencyResponse, output: str, by: str, figsize: tuple[float, float] | None = None
 ) -> Figure:
     """Size and phase over the wave number, and Nyquist's diagram."""
-    values, k = response.of(output, by), response.wave_number
-    force = output in ("Fx", "Fy", "Fz") and by in ("vx", "vy")
-    measured = measure(response.scene, "force" if force else "1", np.abs(values))
+    values = response.of(output, by)
+    k = response.wave_number
+    quantity = "1"
+    if output in ("Fx", "Fy", "Fz") and by in ("vx", "vy"):
+        quantity = "force"
+    measured = measure(response.scene, quantity, np.abs(values))
     waves = measure(response.scene, "spin", k)
     name = rf"$\partial {NAMES[output]}/\partial {NAMES[by]}$"
     with style.styled():
         figure = style.empty_figure((style.PAGE, 0.5 * style.PAGE), figsize)
         panels = figure.subplot_mosaic([["size", "plane"], ["phase", "plane"]])
-        size, phase, plane = panels["size"], panels["phase"], panels["plane"]
+        size = panels["size"]
+        phase = panels["phase"]
+        plane = panels["plane"]
         size.loglog(waves(k), measured(np.abs(values)), color=style.colour(0))
         phase.semilogx(waves(k), np.degrees(np.unwrap(np.angle(values))), color=style.colour(0))
         plane.plot(
@@ -86,12 +94,19 @@ def plot_growth(
     """
     with style.panel(ax, figsize, (1.3 * style.COLUMN, style.COLUMN)) as (figure, ax):
         unit = growth.attrs.get("length", "")
-        length, rate = (f" [{unit}]", f" [1/{unit}]") if unit else ("", "")
-        ax.set(xscale="log", xlabel=f"wavelength{length}", ylabel=f"growth by depth worn off{rate}")
-        x, values = growth.wavelength, growth.growth
+        x_label = "wavelength"
+        y_label = "growth by depth worn off"
+        if unit:
+            x_label += f" [{unit}]"
+            y_label += f" [1/{unit}]"
+        ax.set(xscale="log", xlabel=x_label, ylabel=y_label)
+        x = growth.wavelength
+        values = growth.growth
         if values.ndim > 1:
-            highest = float(values.max())  # what grows is seen
-            most = highest if highest > 0 else float(abs(values).max())
+            # the colours show the growth, or decay where nothing grows
+            most = float(values.max())
+            if most <= 0:
+                most = float(abs(values).max())
             image = ax.pcolormesh(x, growth.speed, values.T, cmap="RdBu_r", vmin=-most, vmax=most)
             style.colour_bar(ax, image, ax.get_ylabel())
             ax.set_ylabel("speed")

@@ -25,7 +25,7 @@ from varcontact.system.process import need
 
 KINDS: dict[str, Any] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
 """Endings of moving pictures."""
-FEW = 40
+MARKED_STEPS = 40
 """Steps of a history below which each has a marker."""
 
 
@@ -34,39 +34,58 @@ def plot_history(history: History, figsize: tuple[float, float] | None = None) -
     abscissa.
     """
     places, edges, label = _abscissa(history)
-    found = {}  # creepages that prescribed forces gave: NaN in steps where none is sought or known
-    for i, force in enumerate(("Fx", "Fy")):
-        motions = [sol.motion for sol in history]
-        sought = [
-            motion is not None and motion.rolls != 0 and getattr(motion, force) is not None
-            for motion in motions
-        ]
-        values = np.where(sought, history.creepage[:, i], np.nan)
-        if np.isfinite(values).any():
-            found[i] = values
-    panels = 3 if found else 2
+    creepages = _resulting_creepages(history)
+    panels = 3 if creepages else 2
     with style.styled():
         figure, axes = style.new_figure(
             panels, 1, (style.COLUMN * 1.5, 0.4 + 1.7 * panels), figsize, sharex=True
         )
         _draw_forces(axes[0], history, places)
-        if found:
-            measured = measure(None, "1", list(found.values()))
-            for i, values in found.items():
-                look: dict[str, Any] = {"label": ("$v_x$", "$v_y$")[i], "clip_on": False}
-                look["markersize"] = 2.5 if values.size < FEW else 0
-                axes[1].plot(places, measured(values), ("o-", "s--")[i], **look)
-            axes[1].axhline(0, color="k", linewidth=0.5)
-            axes[1].set_ylabel(measured.label("creepage found"))
-        lengths = measure(history.scene, "length", history.grid.box)
-        state = np.array([sol.state[history.grid.rows // 2] for sol in history]).T
-        across = lengths(history.grid.lines[0])
-        draw_states(axes[-1], state, edges, across, any(sol.plastic is not None for sol in history))
-        axes[-1].set(xlim=edges[[0, -1]], ylim=across[[0, -1]], xlabel=label)
-        axes[-1].set_ylabel(lengths.label("x" if history.scene.line else "x, middle row"))
+        if creepages:
+            _draw_creepages(axes[1], creepages, places)
+        _draw_middle_row(axes[-1], history, edges)
+        axes[-1].set_xlabel(label)
         for ax in axes:
             ax.legend(**style.BESIDE)
     return figure
+
+
+def _resulting_creepages(history: History) -> dict[str, np.ndarray]:
+    """Creepages that prescribed forces give, by "vx" and "vy": NaN in steps without any."""
+    motions = [sol.motion for sol in history]
+    creepages = {}
+    for i, (name, force) in enumerate((("vx", "Fx"), ("vy", "Fy"))):
+        forced = [
+            motion is not None and motion.rolls != 0 and getattr(motion, force) is not None
+            for motion in motions
+        ]
+        values = np.where(forced, history.creepage[:, i], np.nan)
+        if np.isfinite(values).any():
+            creepages[name] = values
+    return creepages
+
+
+def _draw_creepages(ax: Axes, creepages: dict[str, np.ndarray], places: np.ndarray) -> None:
+    looks: dict[str, dict[str, Any]] = {
+        "vx": {"marker": "o", "linestyle": "-", "label": "$v_x$"},
+        "vy": {"marker": "s", "linestyle": "--", "label": "$v_y$"},
+    }
+    measured = measure(None, "1", list(creepages.values()))
+    size = 2.5 if places.size < MARKED_STEPS else 0
+    for name, values in creepages.items():
+        ax.plot(places, measured(values), **looks[name], markersize=size, clip_on=False)
+    ax.axhline(0, color="k", linewidth=0.5)
+    ax.set_ylabel(measured.label("creepage found"))
+
+
+def _draw_middle_row(ax: Axes, history: History, edges: np.ndarray) -> None:
+    """Stick and slip areas along the middle row of elements, over the steps."""
+    lengths = measure(history.scene, "length", history.grid.box)
+    state = np.array([sol.state[history.grid.rows // 2] for sol in history]).T
+    across = lengths(history.grid.lines[0])
+    draw_states(ax, state, edges, across, any(sol.plastic is not None for sol in history))
+    ax.set(xlim=edges[[0, -1]], ylim=across[[0, -1]])
+    ax.set_ylabel(lengths.label("x" if history.scene.line else "x, middle row"))
 
 
 def _abscissa(history: History) -> tuple[np.ndarray, np.ndarray, str]:
@@ -86,23 +105,22 @@ def _abscissa(history: History) -> tuple[np.ndarray, np.ndarray, str]:
 def _draw_forces(ax: Axes, history: History, places: np.ndarray) -> None:
     limit = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in history])
     finite = bool(np.all(np.isfinite(limit)))
-    measured = measure(
-        history.scene, "force", [*history.force.T, limit if finite else 0 * history.dq]
-    )
-    markers = ("o", "s") if len(history) < FEW else ("", "")
+    drawn = [*history.force.T]
+    if finite:
+        drawn.append(limit)
+    measured = measure(history.scene, "force", drawn)
+    Fx, Fy = history.force.T
+    looks: list[dict[str, Any]] = [
+        {"marker": "o", "linestyle": "-", "label": "$F_x$"},
+        {"marker": "s", "linestyle": "--", "label": "$F_y$"},
+    ]
+    if len(history) >= MARKED_STEPS:
+        for look in looks:
+            look["marker"] = ""
+    ax.plot(places, measured(Fx), **looks[0], markersize=2.5, clip_on=False)
     size = np.abs(history.force).max(initial=0.0)
-    for i, (name, line) in enumerate((("$F_x$", "-"), ("$F_y$", "--"))):
-        values = history.force[:, i]
-        if i == 0 or np.abs(values).max(initial=0.0) > 1e-9 * size:
-            ax.plot(
-                places,
-                measured(values),
-                line,
-                marker=markers[i],
-                markersize=2.5,
-                label=name,
-                clip_on=False,
-            )
+    if np.abs(Fy).max(initial=0.0) > 1e-9 * size:
+        ax.plot(places, measured(Fy), **looks[1], markersize=2.5, clip_on=False)
     if finite:
         ax.plot(places, measured(limit), color="0.45", linestyle=":", label="$\\pm$ friction limit")
         ax.plot(places, -measured(limit), color="0.45", linestyle=":")
@@ -133,9 +151,10 @@ def animate(
         film = Path(folder) / f"film{path.suffix.lower()}"
         _draw_steps(history, film, writer)
         content = film.read_bytes()
-    write_whole(
-        field, path, content if style.MARK.encode() in content else content + style.MARK.encode()
-    )
+    mark = style.MARK.encode()
+    if mark not in content:
+        content += mark
+    write_whole(field, path, content)
 
 
 def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool) -> None:
@@ -151,7 +170,9 @@ def _draw_steps(history: History, film: Path, writer: Any) -> None:
     """Each step as a frame: areas and tractions over the forces, on axes that stay."""
     places, _, label = _abscissa(history)
     box = box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
-    line, largest = history.scene.line, 0.0
+    line = history.scene.line
+    # the largest traction, or bound in line contact, of all steps
+    largest = 0.0
     for sol in history:
         largest = max(largest, float(np.hypot(*sol.traction).max()))
         if line and np.all(np.isfinite(sol.traction_bound)):

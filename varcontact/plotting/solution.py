@@ -30,7 +30,7 @@ def plot(
     y: float | None = None,
 ) -> Figure:
     """The picture of a solution, see `Solution.plot`."""
-    names, line = _names(sol, what, ax), sol.scene.line
+    names = _panel_names(sol, what, ax)
     if y is not None and "section" not in names:
         raise SceneError("y", y, 'left out, or with the panel "section"')
     if ax is not None:
@@ -38,66 +38,81 @@ def plot(
             _draw(ax, sol, names[0], y)
         return figure
     with style.styled():
-        if line:  # below each other over the same abscissa
-            size = 1.3 * style.COLUMN, 0.4 + 2.1 * len(names)
-            figure, axes = style.new_figure(len(names), 1, size, figsize, sharex=True)
-        else:  # of one height
-            left, right, bottom, top = box = box_of(sol.state > 0, sol.grid)
-            shape = (
-                float(np.clip((top - bottom) / (right - left), 0.7, 1.3)) if to_scale(box) else 1.0
-            )
-            side = 2.8 if len(names) == 1 else 1.45  # beside it are labels and a colour bar
-            figure, axes = style.new_panels(len(names), shape * side + 1.3, figsize)
-            for panel in axes:
-                panel.set_box_aspect(shape)
-        for panel, name in zip(axes, names, strict=True):
-            _draw(panel, sol, name, y)
-        if line:
-            entries: dict[str, Any] = {}  # one legend at the foot, and the abscissa's label
-            for panel in axes:
-                handles, labels = panel.get_legend_handles_labels()
-                entries |= zip(labels, handles, strict=True)
-                if handles:
-                    panel.legend().remove()
-            for panel in axes[:-1]:
-                panel.set_xlabel("")
-            if entries:
-                figure.legend(entries.values(), entries.keys(), ncols=5, loc="outside lower center")
-        else:
-            figure.draw_without_rendering()
-        return figure
+        if sol.scene.line:
+            return _draw_stacked(sol, names, figsize, y)
+        return _draw_side_by_side(sol, names, figsize, y)
 
 
-def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
+def _draw_stacked(sol: Solution, names: list[str], figsize: Any, y: float | None) -> Figure:
+    """Panels of a line contact below each other: one abscissa, and one legend at the foot."""
+    size = (1.3 * style.COLUMN, 0.4 + 2.1 * len(names))
+    figure, axes = style.new_figure(len(names), 1, size, figsize, sharex=True)
+    entries: dict[str, Any] = {}
+    for panel, name in zip(axes, names, strict=True):
+        _draw(panel, sol, name, y)
+        handles, labels = panel.get_legend_handles_labels()
+        entries |= zip(labels, handles, strict=True)
+        if handles:
+            panel.legend().remove()
+    for panel in axes[:-1]:
+        panel.set_xlabel("")
+    if entries:
+        figure.legend(entries.values(), entries.keys(), ncols=5, loc="outside lower center")
+    return figure
+
+
+def _draw_side_by_side(sol: Solution, names: list[str], figsize: Any, y: float | None) -> Figure:
+    """Panels of one height, in the shape of the contact where axes are to one scale."""
+    box = box_of(sol.state > 0, sol.grid)
+    left, right, bottom, top = box
+    shape = 1.0
+    if to_scale(box):
+        shape = float(np.clip((top - bottom) / (right - left), 0.7, 1.3))
+    side = 2.8 if len(names) == 1 else 1.45  # beside it are labels and a colour bar
+    figure, axes = style.new_panels(len(names), shape * side + 1.3, figsize)
+    for panel, name in zip(axes, names, strict=True):
+        panel.set_box_aspect(shape)
+        _draw(panel, sol, name, y)
+    figure.draw_without_rendering()
+    return figure
+
+
+def _panel_names(sol: Solution, what: Any, ax: Any) -> list[str]:
+    """Names of the panels, chosen by the scene or checked."""
     if what is None:
-        if sol.scene.motion is None:
-            names = ["pressure"] if sol.scene.line else ["pressure", "section"]
-        else:
-            names = ["traction", "slip"] if sol.scene.line else ["pressure", "traction", "section"]
-        return (
-            names
-            if ax is None
-            else [names[0] if sol.scene.line or sol.scene.motion is None else "traction"]
-        )
-    names = [what] if isinstance(what, str) or not isinstance(what, Sequence) else list(what)
+        return _default_panels(sol, alone=ax is not None)
+    several = isinstance(what, Sequence) and not isinstance(what, str)
+    names = list(what) if several else [what]
     for name in names:
-        checks.choice("what", name, PANELS)
-        if name not in ("pressure", "distance", "section") and sol.scene.motion is None:
-            raise SceneError(
-                "what", name, "pressure, distance or section, where there is no motion"
-            )
-        if name == "temperature" and sol.temperature is None:
-            raise SceneError(
-                "what", name, "another panel: temperatures need thermal data, and steady rolling"
-            )
-        if name == "power_density" and np.isnan(sol.power_density).all():
-            allowed = f"another panel: {sol.plan.tangential} has no moment, and so no power of spin"
-            raise SceneError("what", name, allowed)
-    if not names or (ax is not None and len(names) > 1):
-        raise SceneError(
-            "what", what, "one panel" + (" for one ax" if ax is not None else " at least")
-        )
+        _check_panel(sol, name)
+    if not names:
+        raise SceneError("what", what, "one panel at least")
+    if ax is not None and len(names) > 1:
+        raise SceneError("what", what, "one panel for one ax")
     return names
+
+
+def _default_panels(sol: Solution, alone: bool) -> list[str]:
+    """Panels of a picture, or the one that stands `alone`."""
+    if sol.scene.motion is None:
+        return ["pressure"] if sol.scene.line or alone else ["pressure", "section"]
+    if alone:
+        return ["traction"]
+    if sol.scene.line:
+        return ["traction", "slip"]
+    return ["pressure", "traction", "section"]
+
+
+def _check_panel(sol: Solution, name: Any) -> None:
+    checks.choice("what", name, PANELS)
+    if sol.scene.motion is None and name not in ("pressure", "distance", "section"):
+        raise SceneError("what", name, "pressure, distance or section, where there is no motion")
+    if name == "temperature" and sol.temperature is None:
+        allowed = "another panel: temperatures need thermal data, and steady rolling"
+        raise SceneError("what", name, allowed)
+    if name == "power_density" and np.isnan(sol.power_density).all():
+        allowed = f"another panel: {sol.plan.tangential} has no moment, and so no power of spin"
+        raise SceneError("what", name, allowed)
 
 
 def _draw(ax: Axes, sol: Solution, name: str, y: float | None) -> None:
@@ -112,16 +127,20 @@ def _draw(ax: Axes, sol: Solution, name: str, y: float | None) -> None:
 def plot_passes(sol: Solution) -> Figure:
     """Change and residual of the whole against the passes, see `Solution.plot_passes`."""
     if not sol.passes:
-        message = f"solution has no passes to plot (coupling {sol.plan.coupling}): loops and laws of friction have them"
+        message = (
+            f"solution has no passes to plot (coupling {sol.plan.coupling}): "
+            "loops and laws of friction have them"
+        )
         raise SceneError("solution", sol.plan.coupling, message=message)
     if isinstance(sol.scene.friction, Law):
-        shown, changed = (
-            f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}",
-            "coefficients",
-        )
+        loop = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}"
+        changed = "coefficients"
     else:
-        shown = f"{sol.plan.coupling}, {sol.scene.difference}"
+        loop = f"{sol.plan.coupling}, {sol.scene.difference}"
         changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
+    title = f"Passes: {loop}"
+    if not sol.converged:
+        title += " (not converged)"
     with style.styled():
         figure, (ax,) = style.new_figure(1, 1, (style.COLUMN, 2.6))
         changes, residuals = np.array(sol.passes).T
@@ -133,6 +152,6 @@ def plot_passes(sol: Solution) -> Figure:
         ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
         ax.set_xlabel("pass")
         ax.set_ylabel("relative")
-        ax.set_title(f"Passes: {shown}" + ("" if sol.converged else " (not converged)"))
+        ax.set_title(title)
         ax.legend()
     return figure

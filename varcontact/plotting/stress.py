@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.plotting import style
-from varcontact.plotting.unit_labels import measure
+from varcontact.plotting.unit_labels import Measure, measure
 from varcontact.results.solution import Solution
 from varcontact.results.stress import (
     FARTHEST,
@@ -34,8 +35,10 @@ STRESSES = {
 }
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 PLANES = ("xz", "yz", "xy")
-LAYERS, ACROSS = 25, 40
-"""Depths of a section in each body, and points at most across the contact."""
+SECTION_DEPTHS = 25
+"""Depths of a section in each body."""
+POINTS_ACROSS = 40
+"""Points across the contact, at most."""
 
 
 @checks.named_options()
@@ -96,101 +99,174 @@ def plot_stress(
         raise SceneError("solution", sol, "with contact: else nothing is stressed")
     checks.choice("quantity", quantity, [*STRESSES, *COMPONENTS])
     with style.panel(ax, figsize, (style.COLUMN * 1.25, style.COLUMN)) as (figure, drawn):
-        fields, axes, at, words = _cut(sol, plane, x, y, depth, side)
-        signed, name = quantity in COMPONENTS, STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")
-        if signed:
-            i, j = ("xyz".index(letter) for letter in quantity)
-            values = np.stack([each.stress[i, j] for each in fields])
+        if checks.choice("plane", plane, PLANES) == "xy":
+            section = _parallel_plane(sol, x, y, depth, side)
         else:
-            values = np.stack([getattr(each, quantity) for each in fields])
-        places = np.stack([[each.points[i] for each in fields] for i in axes])
-        lengths, stresses = (
-            measure(sol.scene, "length", places),
-            measure(sol.scene, "pressure", values),
-        )
-        shown = stresses(values)
-        levels = MaxNLocator(20, symmetric=signed).tick_values(
-            float(shown.min()), float(shown.max())
-        )
-        for first, second, value in zip(*lengths(places), shown, strict=True):
-            image = drawn.contourf(
-                first, second, value, levels, cmap="RdBu_r" if signed else "viridis"
-            )
-            drawn.contour(
-                first, second, value, levels[::2], colors="k", linewidths=0.3, linestyles="solid"
-            )
+            section = _cut(sol, plane, x, y, depth)
+        values = np.stack([_values(field, quantity) for field in section.fields])
+        places = np.stack([[field.points[i] for field in section.fields] for i in section.axes])
+        lengths = measure(sol.scene, "length", places)
+        stresses = measure(sol.scene, "pressure", values)
+        name = STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")
+        image = _draw_contours(drawn, lengths(places), stresses(values), quantity in COMPONENTS)
         style.colour_bar(drawn, image, stresses.label(name))
         if plane == "xy":
-            x_lines, y_lines = lengths(sol.grid.x), lengths(sol.grid.y)
-            inside = (sol.pressure > 0).astype(float)
-            # black on white: seen on all colours
-            for ink, width, line in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):
-                drawn.contour(
-                    x_lines, y_lines, inside, [0.5], colors=ink, linewidths=width, linestyles=line
-                )
-            drawn.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
+            _draw_contact_area(drawn, sol, lengths)
         else:
-            cells = _cells(sol, axes[0])
-            ends = lengths(sol.grid.lines[axes[0]][[cells[0], cells[-1] + 1]])
-            drawn.axhline(0, color="0.35", linewidth=0.6)
-            drawn.plot(
-                ends, [0, 0], color="k", linewidth=2.5, solid_capstyle="butt", label="contact"
-            )
-        most = int(np.abs(values).argmax())  # a cross where the stress is largest in size
-        value = float(values.flat[most])
-        first, second = (float(lengths(each.flat[most])) + 0.0 for each in places)
-        where = f"({', '.join('xyz'[i] for i in axes)}) = ({first:.3g}, {second:.3g}) {lengths.unit}".rstrip()
-        label = f"{'largest' if value >= 0 else 'largest in size'}: {stresses.text(value, 4)} at {where}"
-        look: dict[str, Any] = {"marker": "+", "markersize": 8, "ls": "", "clip_on": False}
-        drawn.plot(first, second, color="w", markeredgewidth=2.6, **look)
-        drawn.plot(first, second, color="k", markeredgewidth=1.2, label=label, **look)
-        into = "up into body 1" if names == NAMES else f"down into the {names[0]}"
-        labels = [lengths.label(("x", "y", f"z, {into}")[i]) for i in axes]
-        title = name + (f" at {words} = {lengths.text(at)}" if words else "")
-        drawn.set(xlabel=labels[0], ylabel=labels[1], title=title, aspect="equal")
+            _draw_contact_line(drawn, sol, section.axes[0], lengths)
+        _mark_largest(drawn, section, values, places, lengths, stresses)
+        x_label, y_label = (lengths.label(_axis_name(i, names)) for i in section.axes)
+        title = name
+        if section.third:
+            title += f" at {section.third} = {lengths.text(section.at)}"
+        drawn.set(xlabel=x_label, ylabel=y_label, title=title, aspect="equal")
         style.legend_below(drawn, columns=1)
         figure.draw_without_rendering()
     return figure
 
 
-def _cut(
-    sol: Solution, plane: Any, x: Any, y: Any, depth: Any, side: int
-) -> tuple[list[SubsurfaceStress], tuple[int, int], float, str]:
-    """Fields where a stress is shown, the two axes of the picture, and the place on the third with
-    its name.
+def _values(field: SubsurfaceStress, quantity: str) -> np.ndarray:
+    if quantity in COMPONENTS:
+        i, j = ("xyz".index(letter) for letter in quantity)
+        return field.stress[i, j]
+    return np.asarray(getattr(field, quantity))
+
+
+def _axis_name(axis: int, names: tuple[str, str]) -> str:
+    """Name of an axis of the picture; of z with its direction."""
+    if axis < 2:
+        return "xy"[axis]
+    direction = "up into body 1"
+    if names != NAMES:
+        direction = f"down into the {names[0]}"
+    return f"z, {direction}"
+
+
+def _draw_contours(ax: Axes, places: np.ndarray, shown: np.ndarray, signed: bool) -> Any:
+    """Filled contours of each field and lines on every second level; the last is returned."""
+    locator = MaxNLocator(20, symmetric=signed)
+    levels = locator.tick_values(float(shown.min()), float(shown.max()))
+    colours = "RdBu_r" if signed else "viridis"
+    lines: dict[str, Any] = {"colors": "k", "linewidths": 0.3, "linestyles": "solid"}
+    for first, second, value in zip(*places, shown, strict=True):
+        image = ax.contourf(first, second, value, levels, cmap=colours)
+        ax.contour(first, second, value, levels[::2], **lines)
+    return image
+
+
+def _draw_contact_area(ax: Axes, sol: Solution, lengths: Measure) -> None:
+    """The edge of the contact, black on white: seen on all colours."""
+    x = lengths(sol.grid.x)
+    y = lengths(sol.grid.y)
+    inside = (sol.pressure > 0).astype(float)
+    ax.contour(x, y, inside, [0.5], colors="w", linewidths=1.8, linestyles="solid")
+    ax.contour(x, y, inside, [0.5], colors="k", linewidths=0.9, linestyles="dashed")
+    ax.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
+
+
+def _draw_contact_line(ax: Axes, sol: Solution, axis: int, lengths: Measure) -> None:
+    """The surface, and the contact on it."""
+    cells = _cells(sol, axis)
+    ends = lengths(sol.grid.lines[axis][[cells[0], cells[-1] + 1]])
+    ax.axhline(0, color="0.35", linewidth=0.6)
+    ax.plot(ends, [0, 0], color="k", linewidth=2.5, solid_capstyle="butt", label="contact")
+
+
+def _mark_largest(
+    ax: Axes,
+    section: Section,
+    values: np.ndarray,
+    places: np.ndarray,
+    lengths: Measure,
+    stresses: Measure,
+) -> None:
+    """A cross where the stress is largest in size."""
+    largest = int(np.abs(values).argmax())
+    value = float(values.flat[largest])
+    first, second = (float(lengths(each.flat[largest])) + 0.0 for each in places)
+    axes = ", ".join("xyz"[i] for i in section.axes)
+    place = f"({axes}) = ({first:.3g}, {second:.3g}) {lengths.unit}".rstrip()
+    words = "largest"
+    if value < 0:
+        words += " in size"
+    label = f"{words}: {stresses.text(value, 4)} at {place}"
+    look: dict[str, Any] = {"marker": "+", "markersize": 8, "ls": "", "clip_on": False}
+    ax.plot(first, second, color="w", markeredgewidth=2.6, **look)
+    ax.plot(first, second, color="k", markeredgewidth=1.2, label=label, **look)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Fields where a stress is shown, the two axes of the picture, and the place on the third axis
+    with its name.
     """
-    plane = checks.choice("plane", plane, PLANES)
+
+    fields: list[SubsurfaceStress]
+    axes: tuple[int, int]
+    at: float
+    third: str
+
+
+def _left_out(name: str, value: Any, plane: str) -> None:
+    """Refuse a place that belongs to another plane."""
+    if value is not None:
+        raise SceneError(name, value, f'left out, or with plane = "{plane}"')
+
+
+def _depth(sol: Solution, depth: Any, axis: int, part: float) -> float:
+    """Depth given, or a part of the contact's length along an axis."""
+    if depth is None:
+        return part * (_cells(sol, axis).size * sol.grid.sides[axis])
+    return checks.number("depth", checks.positive("depth", depth), most=FARTHEST)
+
+
+def _parallel_plane(sol: Solution, x: Any, y: Any, depth: Any, side: int) -> Section:
+    """Plane parallel to the surface, at a depth of one body."""
+    _check_line_contact(sol, "xy")
+    _left_out("x", x, "yz")
+    _left_out("y", y, "xz")
+    depth = _depth(sol, depth, 0, 0.25)
+    z = depth if side == 1 else -depth
+    first, second = np.meshgrid(_abscissae(sol, 0), _abscissae(sol, 1))
+    field = stress(sol, [first, second, np.full_like(first, z)], side)
+    return Section([field], (0, 1), z, "z")
+
+
+def _check_line_contact(sol: Solution, plane: str) -> None:
     if sol.scene.line and plane != "xz":
         raise SceneError("plane", plane, '"xz" in line contact, which is the same in all sections')
-    for name, value, others in (("x", x, "yz"), ("y", y, "xz")):
-        if value is not None and plane != others:
-            raise SceneError(name, value, f'left out, or with plane = "{others}"')
-    axis = 1 if plane == "yz" else 0
-    along = _abscissae(sol, axis)
-    length = _cells(sol, axis).size * sol.grid.sides[axis]
-    if depth is None:
-        depth = (0.25 if plane == "xy" else 0.75) * length
+
+
+def _cut(sol: Solution, plane: str, x: Any, y: Any, depth: Any) -> Section:
+    """Section across the surface in both bodies, along x ("xz") or y ("yz")."""
+    _check_line_contact(sol, plane)
+    axis = PLANES.index(plane)
+    if axis == 0:
+        _left_out("x", x, "yz")
+        third = "y"
+        given = y
     else:
-        depth = checks.number("depth", checks.positive("depth", depth), most=FARTHEST)
-    if plane == "xy":
-        z = depth if side == 1 else -depth
-        first, second = np.meshgrid(along, _abscissae(sol, 1))
-        return [stress(sol, [first, second, np.full_like(first, z)], side)], (0, 1), z, "z"
-    third, given = "yx"[axis], (y, x)[axis]
+        _left_out("y", y, "xz")
+        third = "x"
+        given = x
+    depth = _depth(sol, depth, axis, 0.75)
     if given is None:  # where the pressure is largest; zero where that is so to rounding
         largest = int(np.argmax(sol.pressure.max(axis=1 - axis)))
         at = float((sol.grid.y, sol.grid.x)[axis][largest])
-        at = 0.0 if abs(at) < 1e-9 * sol.grid.sides[1 - axis] else at
+        if abs(at) < 1e-9 * sol.grid.sides[1 - axis]:
+            at = 0.0
     else:
         at = checks.number(third, given, most=FARTHEST)
+    depths = depth * np.linspace(0, 1, SECTION_DEPTHS) ** 1.5
     fields = []
-    for half, sign in ((1, 1.0), (2, -1.0)):
-        z, place = np.meshgrid(
-            sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, along, indexing="ij"
-        )
-        points = [place, np.full_like(z, at), z] if axis == 0 else [np.full_like(z, at), place, z]
-        fields.append(stress(sol, points, half))
-    return fields, (axis, 2), at, "" if sol.scene.line else third
+    for side, heights in ((1, depths), (2, -depths)):
+        z, along = np.meshgrid(heights, _abscissae(sol, axis), indexing="ij")
+        across = np.full_like(z, at)
+        points = [along, across, z] if axis == 0 else [across, along, z]
+        fields.append(stress(sol, points, side))
+    if sol.scene.line:
+        third = ""
+    return Section(fields, (axis, 2), at, third)
 
 
 def _cells(sol: Solution, axis: int) -> np.ndarray:
@@ -203,8 +279,9 @@ def _abscissae(sol: Solution, axis: int) -> np.ndarray:
     """Coordinates below element centres, half a contact's length beyond it on both sides; `axis` as
     of `_cells`.
     """
-    side, first = sol.grid.sides[axis], (sol.grid.x, sol.grid.y)[axis][0]
+    side = sol.grid.sides[axis]
+    first = (sol.grid.x, sol.grid.y)[axis][0]
     cells = _cells(sol, axis)
-    every = max(1, int(np.ceil(cells.size / ACROSS)))
+    every = max(1, int(np.ceil(cells.size / POINTS_ACROSS)))
     beyond = (cells.size // 2 + 1) // every * every
     return np.asarray(first + np.arange(cells[0] - beyond, cells[-1] + beyond + 1, every) * side)

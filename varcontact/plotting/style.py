@@ -22,11 +22,16 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.system.files import check_replaceable, reading, write_whole
 
-COLUMN, PAGE = 3.54, 7.48
-"""Widths of one column and of a page of two columns of a journal [inch]: 90 and 190 mm."""
+COLUMN = 3.54
+"""Width of one column of a journal [inch]: 90 mm."""
+PAGE = 7.48
+"""Width of a page of two columns [inch]: 190 mm."""
 
-STICK_COLOUR, SLIP_COLOUR, TRACTION_COLOUR = "#cfe3f3", "#f6d3b8", "#17365d"
-BOUND_COLOUR, LATERAL_COLOUR = "0.45", "#D55E00"
+STICK_COLOUR = "#cfe3f3"
+SLIP_COLOUR = "#f6d3b8"
+TRACTION_COLOUR = "#17365d"
+BOUND_COLOUR = "0.45"
+LATERAL_COLOUR = "#D55E00"
 LOOKS: dict[str, dict[str, Any]] = {
     "stick": {"facecolor": STICK_COLOUR, "linewidth": 0},
     "slip": {"facecolor": SLIP_COLOUR, "edgecolor": "#c98a5a", "hatch": "//////", "linewidth": 0},
@@ -41,8 +46,10 @@ BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "b
 """Where a legend to the right of axes is."""
 
 FIELD = "--plot"
-MARK, OURS = "Drawn by varcontact", b".*Drawn by varcontact"
-"""What a picture says of itself, so that a later run may draw it again in the same file."""
+MARK = "Drawn by varcontact"
+"""Mark in a picture, so that a later run may draw it again in the same file."""
+OURS = b".*Drawn by varcontact"
+"""Pattern of files with the mark."""
 _SIGNED = {"png": "Software", "pdf": "Creator", "svg": "Creator", "ps": "Creator", "eps": "Creator"}
 """Where pictures of each kind can say it; those of other kinds cannot."""
 
@@ -79,7 +86,9 @@ def empty_figure(default: tuple[float, float], figsize: Any = None) -> Picture:
     """A figure without axes, of the width and height that are given or the default [inch]; call it
     within `styled`.
     """
-    sizes = checks.numbers("figsize", default if figsize is None else figsize)
+    sizes = np.array(default)
+    if figsize is not None:
+        sizes = checks.numbers("figsize", figsize)
     if sizes.shape != (2,) or not np.all((sizes >= 0.5) & (sizes <= 100)):
         raise SceneError("figsize", figsize, "(width, height) in inches, each from 0.5 to 100")
     figure = Picture(figsize=tuple(sizes.tolist()), layout="constrained")
@@ -122,18 +131,15 @@ def panel(
 
 def legend_below(ax: Axes, columns: int = 3) -> None:
     """A legend below axes and their labels, of all that have a label."""
-    found = ax.get_legend_handles_labels()[0]
-    if not found:
+    handles, _ = ax.get_legend_handles_labels()
+    if not handles:
         return
     ticks = max((float(text.get_fontsize()) for text in ax.get_xticklabels()[:1]), default=8.0)
-    points = (
-        6
-        + 1.5 * ticks
-        + 1.5 * float(ax.xaxis.label.get_fontsize()) * len(ax.get_xlabel().splitlines())
-    )
+    lines = len(ax.get_xlabel().splitlines())
+    points = 6 + 1.5 * ticks + 1.5 * float(ax.xaxis.label.get_fontsize()) * lines
     down = ScaledTranslation(0, -points / 72, ax.figure.dpi_scale_trans)
     ax.legend(
-        ncols=min(columns, len(found)),
+        ncols=min(columns, len(handles)),
         loc="upper center",
         bbox_to_anchor=(0.5, 0.0),
         bbox_transform=ax.transAxes + down,
@@ -162,12 +168,16 @@ def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
 
 def write_picture(figure: Figure, path: Path) -> None:
     """Write a figure in the format of the path's ending, whole or not at all."""
-    picture, kind = io.BytesIO(), path.suffix[1:].lower()
+    picture = io.BytesIO()
+    kind = path.suffix[1:].lower()
+    metadata = None
+    if kind in _SIGNED:
+        metadata = {_SIGNED[kind]: MARK}
     with reading(path, "cannot be drawn", FIELD, (OSError, RuntimeError, ValueError)):
         figure.savefig(
             picture,
             format=kind,
             dpi=300,
-            metadata={_SIGNED[kind]: MARK} if kind in _SIGNED else None,
+            metadata=metadata,
         )
     write_whole(FIELD, path, picture.getvalue())

@@ -60,30 +60,47 @@ def measure(scene: Scene | None, quantity: str, values: Any) -> Measure:
     `quantity` is one of `_POWERS` or "1"; forces and moments of line contact are per unit length.
     Where no prefix fits, the unit has a power of a thousand.
     """
-    units, line = (None, False) if scene is None else (scene.units, scene.line)
-    sizes = np.abs(np.asarray(values, dtype=float))
-    largest = float(np.max(sizes[np.isfinite(sizes)], initial=0.0))
-    factor, unit, powers = 1.0, "", (0, 0)
-    if units is not None and quantity in _POWERS:
+    factor = 1.0
+    unit = ""
+    powers = (0, 0)
+    # newtons and metres, where the units are metric
+    if scene is not None and scene.units is not None and quantity in _POWERS:
+        units = scene.units
         force, length = _POWERS[quantity]
-        if line and quantity in ("force", "moment"):
+        if scene.line and quantity in ("force", "moment"):
             length -= 1
-        unit = units.of(quantity, line).replace("$", r"\$")  # a dollar, and no formula
+        unit = units.of(quantity, scene.line).replace("$", r"\$")  # a dollar, and no formula
         if units.length in _METRES and units.force in _NEWTONS:
             factor = _NEWTONS[units.force] ** force * _METRES[units.length] ** length
-            unit, powers = "1/m", (force, length)
-    largest *= factor
+            unit = "1/m"
+            powers = (force, length)
+    # the prefix, or the power of a thousand, that fits the largest
+    sizes = np.abs(np.asarray(values, dtype=float))
+    largest = float(np.max(sizes[np.isfinite(sizes)], initial=0.0)) * factor
     symbol = _SYMBOLS.get(powers)
     if symbol is not None:
-        fitting = [  # MPa up to 10 GPa, as is usual, and no kilometres
-            prefix
-            for prefix, size in _PREFIXES.items()
-            if largest >= 0.9995 * size * (10 if prefix + symbol == "GPa" else 1)
-            and not (symbol == "m" and size > 1)
-        ]
-        prefix = "" if largest == 0 else [*fitting, "n"][0]
-        factor, unit = factor / _PREFIXES[prefix], prefix + symbol
+        prefix = _fitting_prefix(symbol, largest)
+        factor = factor / _PREFIXES[prefix]
+        unit = prefix + symbol
     elif largest > 0 and not 0.1 <= largest < 1e4:
         power = 3 * int(np.floor(np.log10(largest * 1.0005) / 3))
-        factor, unit = factor / 10.0**power, f"$10^{{{power}}}$ {unit}".rstrip()
+        factor = factor / 10.0**power
+        unit = f"$10^{{{power}}}$ {unit}".rstrip()
     return Measure(float(f"{factor:.12g}"), unit)  # a power of ten without rounding errors
+
+
+def _fitting_prefix(symbol: str, largest: float) -> str:
+    """The largest prefix with which a value is one or more: MPa up to 10 GPa, as is usual, and no
+    kilometres.
+    """
+    if largest == 0:
+        return ""
+    for prefix, size in _PREFIXES.items():
+        if symbol == "m" and size > 1:
+            continue
+        least = 0.9995 * size
+        if prefix + symbol == "GPa":
+            least = 10 * least
+        if largest >= least:
+            return prefix
+    return "n"

@@ -270,9 +270,9 @@ def _moved_poles(s: np.ndarray, values: np.ndarray, poles: np.ndarray) -> np.nda
     # least squares of the weights, with the residues and direct parts eliminated
     free, _ = np.linalg.qr(np.column_stack([terms, np.ones(s.size)]))
     columns = [np.column_stack([value[:, None] * terms, value]) for value in values.T]
-    system = np.concatenate(columns).reshape(values.shape[1], s.size, -1)
-    system -= free @ (free.conj().T @ system)
-    system = system.reshape(-1, poles.size + 1)
+    stacked = np.concatenate(columns).reshape(values.shape[1], s.size, -1)
+    stacked -= free @ (free.conj().T @ stacked)
+    system = stacked.reshape(-1, poles.size + 1)
     weights, *_ = np.linalg.lstsq(system[:, :-1], -system[:, -1])
     # zeros are moved to the left half-plane, and come as conjugate pairs and real ones
     zeros = np.linalg.eigvals(np.diag(poles) - weights)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -132,7 +133,7 @@ def rolling_resistance(sol: Solution) -> float:
     rolls = 0 if sol.motion is None else sol.motion.rolls
     if sol.scene.bodies.relaxes:
         distance = undeformed_distance(sol.scene.surface, None, sol.grid)
-        order = 2 if sol.grid.nx > 2 else 1
+        order: Literal[1, 2] = 2 if sol.grid.nx > 2 else 1
         slope = np.gradient(distance, sol.grid.sides[0], axis=1, edge_order=order)
         return rolls * float(np.sum(sol.pressure * slope) * sol.grid.area)
     if rolls == 0 or not sol.scene.coupled or not sol.traction.any():

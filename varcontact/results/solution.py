@@ -261,9 +261,8 @@ class Solution(Reported):
         """g, shape (ny, nx): f pz, or what else the friction of the scene has; infinite in the
         contact without slip.
         """
-        friction = self.friction
-        if friction is None:
-            friction = self.scene.friction
+        of_law = self.friction
+        friction = self.scene.friction if of_law is None else of_law
         if isinstance(friction, FrictionBound):
             return friction.bound(self.pressure, *np.meshgrid(self.grid.x, self.grid.y))
         bound = np.zeros(self.grid.shape)

@@ -282,15 +282,17 @@ class _Field:
         tangential = solution.traction if side == 1 else -solution.traction
         self.tractions = np.concatenate([tangential, solution.pressure[None]])
         bodies = solution.scene.bodies
-        body: Any = bodies
-        pair = bodies
-        if not isinstance(bodies, Bodies):
-            body = (bodies.upper, bodies.lower)[side - 1]
-            pair = bodies.surfaces
+        body: Any
+        if isinstance(bodies, Bodies):
+            body = bodies
+            surfaces = bodies
+        else:
+            body = bodies.upper if side == 1 else bodies.lower
+            surfaces = bodies.surfaces
         self.layered = isinstance(body, Layered)
         self.constants: dict[str, Any]
         if isinstance(body, Bodies):
-            G, nu = pair.pairs
+            G, nu = surfaces.pairs
             reference = solution.scene.reference_depth or 1.0
             self.constants = {"G": G[side - 1], "nu": nu[side - 1], "reference": reference}
         elif isinstance(body, Layered):
