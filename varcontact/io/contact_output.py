@@ -131,56 +131,82 @@ def read_contact_output(path: str | Path) -> list[ContactOutput]:
 def _case(
     file: Path, lines: list[str], first: int, last: int, heading: re.Match[str]
 ) -> ContactOutput:
+    """One case, from the line of its heading to the last."""
     case = int(heading[1])
-    element = None if heading[2] is None else int(heading[2])
+    element = None
+    if heading[2] is not None:
+        element = int(heading[2])
+    side = None
+    announced = None
     values: dict[str, float] = {}
     patches: list[dict[str, float]] = []
-    side, announced, table, of_profile = None, None, values, False
+    table = values
+    of_profile = False
     for k in range(first + 1, last):
         line = lines[k]
-        if found := WHEEL.match(line):
-            side, announced = found[1].lower(), int(found[2])
-        elif found := PATCH.match(line):
-            if int(found[1]) != len(patches) + 1:
-                raise wrong_line(
-                    file, k + 1, f"begins contact patch {found[1]}, not {len(patches) + 1}"
-                )
+        # headings of the wheel and of its contact patches
+        if wheel := WHEEL.match(line):
+            side = wheel[1].lower()
+            announced = int(wheel[2])
+        elif patch := PATCH.match(line):
+            number = len(patches) + 1
+            if int(patch[1]) != number:
+                raise wrong_line(file, k + 1, f"begins contact patch {patch[1]}, not {number}")
             table = {}
             patches.append(table)
-        names = NAME.findall(line)
-        numbers = [] if k + 1 == last else [_value(word) for word in lines[k + 1].split()]
-        if not names or not all(map(CAPITALS.match, names)) or not numbers or None in numbers:
-            of_profile = PROFILE.match(line) is not None or (
-                of_profile and None not in map(_value, line.split())
-            )
-        elif len(numbers) != len(names):
-            raise wrong_line(
-                file,
-                k + 2,
-                f"has {len(numbers)} numbers for {len(names)} names: {', '.join(names)}",
-            )
+        # a line of names, and the numbers below it
+        below = lines[k + 1] if k + 1 < last else ""
+        entries = _entries(file, k, line, below)
+        if entries is None:
+            numbers_only = None not in map(_value, line.split())
+            of_profile = PROFILE.match(line) is not None or (of_profile and numbers_only)
         elif not of_profile:
-            found_here = {
-                name: value for name, value in zip(names, numbers, strict=True) if value is not None
-            }
-            table |= found_here | {
-                name.removeprefix(CURVED): value for name, value in found_here.items()
-            }
-    if side is None and not patches and not any(NONE_FOUND in line for line in lines[first:last]):
+            table |= entries
+            table |= {name.removeprefix(CURVED): value for name, value in entries.items()}
+    without_contact = any(NONE_FOUND in line for line in lines[first:last])
+    if side is None and not patches and not without_contact:
         patches = [values]
-    for place, patch in enumerate(patches, 1):
-        lacking = [name for name in FORCES if name not in patch]
-        if lacking:
-            what = f"ends case {case}, whose contact patch {place} has no {', '.join(lacking)}"
-            raise wrong_line(
-                file, last, f"{what}: the program stopped there, the file was cut short, or O = 0"
-            )
-    if announced not in (None, len(patches)):
-        raise wrong_line(
-            file, last, f"ends case {case}, which has {len(patches)} of {announced} contact patches"
-        )
+    _check_patches(file, last, case, patches, announced)
     return ContactOutput(case, element, side, values, tuple(patches))
 
 
+def _entries(file: Path, k: int, line: str, below: str) -> dict[str, float] | None:
+    """Numbers of the line below by the names of line k; None where these are no names and
+    numbers.
+    """
+    names = NAME.findall(line)
+    if not names or not all(map(CAPITALS.match, names)):
+        return None
+    values = [_value(word) for word in below.split()]
+    numbers = [value for value in values if value is not None]
+    if not numbers or len(numbers) < len(values):
+        return None
+    if len(numbers) != len(names):
+        words = f"has {len(numbers)} numbers for {len(names)} names: {', '.join(names)}"
+        raise wrong_line(file, k + 2, words)
+    return dict(zip(names, numbers, strict=True))
+
+
+def _check_patches(
+    file: Path,
+    last: int,
+    case: int,
+    patches: list[dict[str, float]],
+    announced: int | None,
+) -> None:
+    """Refuse a case without the forces of its patches, or with another number of patches."""
+    for number, patch in enumerate(patches, 1):
+        lacking = [name for name in FORCES if name not in patch]
+        if lacking:
+            ends = f"ends case {case}, whose contact patch {number} has no {', '.join(lacking)}"
+            reasons = "the program stopped there, the file was cut short, or O = 0"
+            raise wrong_line(file, last, f"{ends}: {reasons}")
+    if announced not in (None, len(patches)):
+        counts = f"{len(patches)} of {announced} contact patches"
+        raise wrong_line(file, last, f"ends case {case}, which has {counts}")
+
+
 def _value(word: str) -> float | None:
-    return float("nan") if OVERFLOW.match(word) else number_of(word)
+    if OVERFLOW.match(word):
+        return float("nan")
+    return number_of(word)

@@ -22,15 +22,25 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMAT = "varcontact elements 1"
-MAT_HEAD, TEXT_OF_MAT = f"MATLAB 5.0 MAT-file, {FORMAT}".encode(), 116
-"""Text at the beginning of MATLAB's files, and how many bytes it has."""
+MAT_HEAD = f"MATLAB 5.0 MAT-file, {FORMAT}".encode()
+"""Text at the beginning of MATLAB's files."""
+TEXT_OF_MAT = 116
+"""Bytes of that text."""
 
 COLUMNS = (
-    "pressure", "traction_x", "traction_y", "traction_bound", "slip_x", "slip_y", "distance", "state", "power_density"
-)  # fmt: skip
+    "pressure",
+    "traction_x",
+    "traction_y",
+    "traction_bound",
+    "slip_x",
+    "slip_y",
+    "distance",
+    "state",
+    "power_density",
+)
 QUANTITIES = {"x": "length", "y": "length"}
 QUANTITIES |= {name: FIELDS[name.removesuffix("_x").removesuffix("_y")][1] for name in COLUMNS}
-"""Columns of the table, and what each is measured in."""
+"""Columns of the table with their quantities."""
 SINGLE = (
     "normal_force",
     "Fx",
@@ -101,7 +111,8 @@ def _to_mat(sol: Solution) -> bytes:
 
 def _to_vtu(sol: Solution) -> bytes:
     """Elements as quadrilaterals in the plane z = 0."""
-    (ny, nx), (dx, dy) = sol.grid.shape, sol.grid.sides
+    ny, nx = sol.grid.shape
+    dx, dy = sol.grid.sides
     left, _, bottom, _ = sol.grid.box
     x, y = np.meshgrid(left + dx * np.arange(nx + 1), bottom + dy * np.arange(ny + 1))
     points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
@@ -124,7 +135,8 @@ def _to_vtu(sol: Solution) -> bytes:
 
 
 def _to_vti(sol: Solution) -> bytes:
-    (ny, nx), (dx, dy) = sol.grid.shape, sol.grid.sides
+    ny, nx = sol.grid.shape
+    dx, dy = sol.grid.sides
     left, _, bottom, _ = sol.grid.box
     extent = f"0 {nx} 0 {ny} 0 0"
     left, bottom, dx, dy = map(float, (left, bottom, dx, dy))

@@ -30,16 +30,18 @@ def html_page(sol: Solution) -> bytes:
     plot(sol).savefig(picture, format="png", dpi=150, bbox_inches="tight")
     image = base64.b64encode(picture.getvalue()).decode()
     title = escape(headline(sol))
-    plan, accuracy = sol.plan, None if sol.error_estimate is None else sol.error_estimate.accuracy
-    how = f"--normal {plan.normal}" + (
-        f" --tangential {plan.tangential}" if plan.has_friction else ""
-    )
-    if accuracy is not None:
-        how = f"--accuracy {accuracy:g}"
+    # the command that solves it again
+    grid = sol.scene.grid
+    options = f"--normal {sol.plan.normal}"
+    if sol.plan.has_friction:
+        options += f" --tangential {sol.plan.tangential}"
+    if sol.error_estimate is not None and sol.error_estimate.accuracy is not None:
+        options = f"--accuracy {sol.error_estimate.accuracy:g}"
+        grid = "auto"
     try:
-        scene = scene_text(sol.scene if accuracy is None else replace(sol.scene, grid="auto"))
-        repeat = f"<p>To repeat it, save this scene as scene.toml:</p><pre>{escape(scene)}</pre>"
-        repeat += f"<pre>varcontact solve scene.toml {escape(how)} --plot picture.png</pre>"
+        text = scene_text(replace(sol.scene, grid=grid))
+        repeat = f"<p>To repeat it, save this scene as scene.toml:</p><pre>{escape(text)}</pre>"
+        repeat += f"<pre>varcontact solve scene.toml {escape(options)} --plot picture.png</pre>"
     except SceneError as error:
         repeat = f"<p>The scene cannot be shown as a file: {escape(str(error))}</p>"
     body = [

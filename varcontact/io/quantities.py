@@ -4,7 +4,8 @@ has, and words.
 
 from __future__ import annotations
 
-ELEMENTS, PARTS = ("y", "x"), ("y_parts", "x_parts")
+ELEMENTS = ("y", "x")
+PARTS = ("y_parts", "x_parts")
 FIELDS = {
     "pressure": (ELEMENTS, "pressure", "normal traction, compression positive"),
     "traction": (("component", *ELEMENTS), "pressure", "tangential traction on body 1"),

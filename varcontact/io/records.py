@@ -61,7 +61,8 @@ CHECK_BYTES = 4
 """Of the checksum at the end of a step."""
 COUNT_AT = 4
 """Place of the number of records in a classic netCDF file: four bytes, the highest first."""
-HISTORY_FORMAT, SWEEP_FORMAT = "varcontact history 2", "varcontact sweep 3"
+HISTORY_FORMAT = "varcontact history 2"
+SWEEP_FORMAT = "varcontact sweep 3"
 UNCHECKED_HISTORY = "varcontact history 1"
 """The format without checksums, which is read only."""
 LAYOUT = "steps of {:012d} bytes from {:012d}, sha256 {}"
@@ -75,9 +76,14 @@ INDEX_MARK = b"\nvarcontact sweep index "
 NOT_AS_WRITTEN = "its bytes are not those that were written"
 
 # Steps of a history
-RECORD, RECORD_OF_PASSES, LAST_PASSES, LONGEST_WORD = 2048, 8192, 100, 200
-"""Characters for how a step was found, without and with passes, of which the last are kept, or an
-estimate of its error; and for a solver's message."""
+RECORD = 2048
+"""Characters for the certificate, methods and times of a step."""
+RECORD_OF_PASSES = 8192
+"""The same with passes, or an estimate of its error."""
+LAST_PASSES = 100
+"""Passes that are kept, the last ones."""
+LONGEST_WORD = 200
+"""Characters of a solver's message."""
 SERIES = {
     **FIELDS,
     "friction_work": (
@@ -90,7 +96,8 @@ SERIES = {
 
 # Scenes of a sweep
 OUTCOMES = ("solved", "approximate", "not converged", "refused", "unavailable", "failed")
-LONGEST_OUTCOME, LONGEST_REASON = 16, 240
+LONGEST_OUTCOME = 16
+LONGEST_REASON = 240
 
 
 def step_to_bytes(
@@ -107,13 +114,14 @@ def step_to_bytes(
     file = netcdf_file(buffer, "w", version=2)
     file.format = HISTORY_FORMAT
     file.layout = LAYOUT.format(0, 0, NO_DIGEST)
-    file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
-    file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
-    length = (
-        RECORD_OF_PASSES
-        if plan.loops or scene.under_law or sol.error_estimate is not None
-        else RECORD
-    )
+    file.scene = json.dumps(scene_to(scene))
+    file.grid = json.dumps(vars(sol.grid))
+    file.plan = json.dumps(asdict(plan))
+    file.settings = json.dumps(settings)
+    length = RECORD
+    if plan.loops or scene.under_law or sol.error_estimate is not None:
+        length = RECORD_OF_PASSES
+    # dimensions and coordinates
     sizes = {
         "component": 2,
         "y": sol.grid.rows,
@@ -130,32 +138,38 @@ def step_to_bytes(
         file.createDimension(name, size)
     for name, (_, values, said) in places.items():
         variable = file.createVariable(name, "d", (name,))
-        variable[:], variable.units = values, said["units"]
+        variable[:] = values
+        variable.units = said["units"]
     for name, labels in {"component": ("x", "y"), "rigid": ("vx", "vy", "spin")}.items():
         variable = file.createVariable(name, "c", (name, "letters"))
         variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
+    # the start of the history, fields and record of the step
     if start is not None and first:
         content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
         file.createDimension("bytes", content.size)
         file.createVariable("start", "b", ("bytes",))[:] = content
     for name, (dims, values, said) in variables.items():
-        variable = file.createVariable(
-            name, "b" if values.dtype == np.int8 else "d", ("step", *dims)
-        )
-        variable[0], variable.units, variable.long_name = values, said["units"], said["long_name"]
+        kind = "b" if values.dtype == np.int8 else "d"
+        variable = file.createVariable(name, kind, ("step", *dims))
+        variable[0] = values
+        variable.units = said["units"]
+        variable.long_name = said["long_name"]
     record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
     record["passes"] = sol.passes[-LAST_PASSES:]
     text = json.dumps(record).ljust(length)
     variable = file.createVariable("record", "c", ("step", "characters"))
     variable[0] = np.frombuffer(text.encode(), dtype="S1")
     variable = file.createVariable("check", "i", ("step",))
-    variable[0], variable.long_name = 0, "CRC-32 of the other values of the step"
+    variable[0] = 0
+    variable.long_name = "CRC-32 of the other values of the step"
     file.flush()
     written = buffer.getvalue()
     buffer.close()  # else the file writes itself once more when it goes, where Ctrl-C would be lost
-    header, record_bytes = written[: -file._recsize], written[-file._recsize : -CHECK_BYTES]
+    record_bytes = written[-file._recsize : -CHECK_BYTES]
     record_bytes += zlib.crc32(record_bytes).to_bytes(CHECK_BYTES, "big")
-    return with_layout(header, len(record_bytes)) + record_bytes if first else record_bytes
+    if not first:
+        return record_bytes
+    return with_layout(written[: -file._recsize], len(record_bytes)) + record_bytes
 
 
 class Layout(NamedTuple):
@@ -300,17 +314,8 @@ def sweep_file(
                     "store", path, f"exists already and {error.reason}; name a new file"
                 ) from None
             if there != described:
-                changed, old, new = "", there["settings"], described["settings"]
-                if there | {"settings": new} == described:
-                    names = [name for name in new if old.get(name) != new[name]]
-                    changed = ", ".join(
-                        f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in names
-                    )
-                raise OutputError(
-                    "store",
-                    path,
-                    f"holds another sweep{changed and f' ({changed})'}; name a new file",
-                )
+                changed = _changed_settings(there, described)
+                raise OutputError("store", path, f"holds another sweep{changed}; name a new file")
         else:
             content = netcdf_to_bytes(tabulated(records, coordinates, described, stored=True))
             with replacing("store", path) as new:
@@ -332,6 +337,20 @@ def sweep_file(
                     os.fsync(file.fileno())
 
             yield records, put
+
+
+def _changed_settings(stored: dict[str, Any], described: dict[str, Any]) -> str:
+    """Settings that differ, in brackets; empty where the sweeps differ in more than these."""
+    old = stored["settings"]
+    new = described["settings"]
+    if stored | {"settings": new} != described:
+        return ""
+    changed = [
+        f"{name} = {old.get(name)!r}, not {new[name]!r}"
+        for name in new
+        if old.get(name) != new[name]
+    ]
+    return f" ({', '.join(changed)})" if changed else ""
 
 
 def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, Any]]:

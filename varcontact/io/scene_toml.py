@@ -73,13 +73,22 @@ PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
     "third_body": ThirdBody,
     "units": Units,
 }
-"""What the tables of an entry are: of a class, or of one of several kinds."""
+"""Class of the tables of an entry, or classes by their kinds."""
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = (
-    "method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify",
-    "accuracy", "time_budget"
-)  # fmt: skip
+    "method",
+    "normal",
+    "tangential",
+    "coupling",
+    "formulation",
+    "tol",
+    "polish",
+    "start",
+    "certify",
+    "accuracy",
+    "time_budget",
+)
 
 
 @checks.named_options()
@@ -183,21 +192,31 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
 
 
 def _made(name: str, key: str, value: Any, folder: Path | None, dims: Mapping[str, int]) -> Any:
-    """What an entry called `key` stands for: the numbers of a file, what its table describes, or
-    itself.
-
+    """Value of an entry called `key`: the numbers of a file, the object of a table, or itself.
     Files have as many dimensions as `dims` says, or one.
     """
-    if key == "start":  # a solution, or the last step of a history
-        from varcontact.io.solution import read
-
-        loaded = read(file_named(name, value, folder))
-        return loaded if isinstance(loaded, Solution) else loaded[-1]
+    if key == "start":
+        return _start(name, value, folder)
     if isinstance(value, list) and any(isinstance(each, Mapping | str) for each in value):
-        given = [None if each == NO_NUMBER else each for each in value]
-        return [_made(f"{name}[{k}]", key, each, folder, dims) for k, each in enumerate(given)]
-    if not isinstance(value, Mapping):
-        return value
+        entries = [None if each == NO_NUMBER else each for each in value]
+        return [_made(f"{name}[{k}]", key, each, folder, dims) for k, each in enumerate(entries)]
+    if isinstance(value, Mapping):
+        return _made_of_table(name, key, value, folder, dims)
+    return value
+
+
+def _start(name: str, value: Any, folder: Path | None) -> Solution:
+    """A solution, or the last step of a history, from its file."""
+    from varcontact.io.solution import read
+
+    stored = read(file_named(name, value, folder))
+    return stored if isinstance(stored, Solution) else stored[-1]
+
+
+def _made_of_table(
+    name: str, key: str, value: Mapping[str, Any], folder: Path | None, dims: Mapping[str, int]
+) -> Any:
+    """Value of a table, see `_made`."""
     if "file" in value:
         return _from_file(name, value, folder, dims.get(key, 1))
     if key in ("bodies", "thermal") and ("upper" in value or "lower" in value):
@@ -211,17 +230,23 @@ def _made(name: str, key: str, value: Any, folder: Path | None, dims: Mapping[st
     entries = {
         inner: _made(f"{name}.{inner}", inner, each, folder, dims) for inner, each in value.items()
     }
-    if key == "bodies" and "kind" not in entries:  # half-spaces
-        modulus = "E" if "E" in entries else "G"
-        check_keys(name, entries, (modulus, "nu", "E"))
-        values = [needed(name, entries, each) for each in (modulus, "nu")]
-        return Bodies.from_young(*values) if modulus == "E" else Bodies(*values)
+    if key == "bodies" and "kind" not in entries:
+        return _half_spaces(name, entries)
     place = PLACES[key]
     kind = place if isinstance(place, type) else _kind(name, entries, place)
     if kind is SampledDistance and "smoothing" in entries:
         wavelength = checks.positive(f"{name}.smoothing", entries.pop("smoothing"))
         return make(name, kind, entries).smoothed(wavelength)
     return make(name, kind, entries)
+
+
+def _half_spaces(name: str, entries: dict[str, Any]) -> Bodies:
+    """Half-spaces by E or G, and nu."""
+    if "E" in entries:
+        check_keys(name, entries, ("E", "nu"))
+        return Bodies.from_young(needed(name, entries, "E"), needed(name, entries, "nu"))
+    check_keys(name, entries, ("G", "nu", "E"))
+    return Bodies(needed(name, entries, "G"), needed(name, entries, "nu"))
 
 
 def _kind(name: str, entries: dict[str, Any], kinds: Mapping[str, type[Any]]) -> type[Any]:
@@ -267,18 +292,30 @@ def _plain(value: Any) -> Any:
         return [_plain(each) for each in value]
     if isinstance(value, dict):
         return {name: _plain(each) for name, each in value.items()}
-    if not dataclasses.is_dataclass(value) or isinstance(value, type):
-        if callable(value):
-            allowed = "laws and numbers: no file can hold a function; for the friction of a solution, sol.friction"
-            raise SceneError("friction.factors", getattr(value, "__name__", "a function"), allowed)
-        return value
-    entries = {
-        f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"
-    }
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return _table_of_object(value)
+    if callable(value):
+        allowed = (
+            "laws and numbers: no file can hold a function; "
+            "for the friction of a solution, sol.friction"
+        )
+        raise SceneError("friction.factors", getattr(value, "__name__", "a function"), allowed)
+    return value
+
+
+def _table_of_object(value: Any) -> Any:
+    """Fields of a dataclass that are given, with its kind."""
     if isinstance(value, BodyPair) and not value.coupled:
         return _plain(value.upper)
-    table = next(({"kind": KINDS[cls]} for cls in type(value).__mro__ if cls in KINDS), {})
-    return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
+    table: dict[str, Any] = {}
+    kinds = [KINDS[cls] for cls in type(value).__mro__ if cls in KINDS]
+    if kinds:
+        table["kind"] = kinds[0]
+    entries = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    for name, entry in entries.items():
+        if name != "start" and entry is not None:
+            table[name] = _plain(entry)
+    return table
 
 
 def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, ndmin: Any) -> np.ndarray:
@@ -291,7 +328,8 @@ def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, ndmin:
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
         text = text_of(f"{field}.file", path)
-        return np.loadtxt(text.splitlines(), delimiter="," if "," in text else None, ndmin=ndmin)
+        separator = "," if "," in text else None
+        return np.loadtxt(text.splitlines(), delimiter=separator, ndmin=ndmin)
     except (OSError, ValueError, EOFError, MemoryError) as error:
         raise SceneError(
             f"{field}.file", str(path), f"a readable file of numbers ({first_line(error)})"
@@ -320,7 +358,8 @@ def scene_text(scene: Scene) -> str:
     ]
     text = WRITTEN + "\n\n".join(part for part in ("\n".join(own), *sections) if part) + "\n"
     if len(text.encode()) > SCENE_BYTES:
-        allowed = f"at most {SCENE_BYTES / 2**20:.0f} MiB: write large fields to files, named by {{file = ...}}"
+        most = f"at most {SCENE_BYTES / 2**20:.0f} MiB"
+        allowed = f"{most}: write large fields to files, named by {{file = ...}}"
         raise SceneError("scene", f"{len(text) / 2**20:.1f} MiB of text", allowed)
     return text
 

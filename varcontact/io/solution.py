@@ -200,11 +200,9 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
             record = json.loads(file["record"][()])
             found = {field.name[1:]: field[()] for field in stored}
     with reading(path):
-        scene, grid, plan = (
-            scene_from(record["scene"]),
-            Grid(**record["grid"]),
-            Plan.of_record(record["plan"]),
-        )
+        scene = scene_from(record["scene"])
+        grid = Grid(**record["grid"])
+        plan = Plan.of_record(record["plan"])
         return assembled(scene, grid, plan, found, record)
 
 
@@ -213,8 +211,12 @@ def refuse_corrected(path: Path, variables: Container[Any]) -> None:
     towards the continuum.
     """
     if CORRECTED in variables:
-        reason = 'is of an earlier version, by refine = "continuum": solve its scene with accuracy in place of a grid, '
-        raise OutputError("path", path, reason + "or read its fields by xarray.open_dataset")
+        reason = (
+            'is of an earlier version, by refine = "continuum": '
+            "solve its scene with accuracy in place of a grid, "
+            "or read its fields by xarray.open_dataset"
+        )
+        raise OutputError("path", path, reason)
 
 
 def assembled(
@@ -223,21 +225,9 @@ def assembled(
     """A solution from the variables of `READ` that a file has, and its record; ValueError for what
     none can be.
     """
-    sizes, known = SIZES | {"y": grid.rows, "x": grid.nx}, FIELDS | OPTIONAL
-    for name, values in found.items():  # `load` certifies the values
-        of_dims = zip(known[name][0], values.shape, strict=True)
-        # of parts as the first field has it
-        shape = tuple(sizes.setdefault(dim, size) for dim, size in of_dims)
-        if values.shape != shape or values.dtype.kind not in "iuf":
-            raise ValueError(f"{name} that is not of numbers on the grid")
-        numbers = values[~np.isnan(values)] if name in MAY_BE_UNKNOWN else values
-        if not np.all(np.abs(numbers) <= checks.LARGE**2):
-            raise ValueError("numbers beyond those that can be computed with, or not finite")
-    if sizes.get("y_parts", 0) % grid.rows or sizes.get("x_parts", 0) % grid.nx:
-        raise ValueError("fields that are not on parts of the elements")
-    certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record[
-        "certificate"
-    ]
+    _check_fields(grid, found)  # `load` certifies the values
+    certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3}
+    certificate |= record["certificate"]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
     fields = found | {
         "approach": float(found["approach"]),
@@ -246,6 +236,8 @@ def assembled(
     # files of earlier versions have none
     fields.setdefault("power_density", np.full(grid.shape, np.nan))
     estimate = record.get("error_estimate")
+    if estimate is not None:
+        estimate = ErrorEstimate.from_plain(estimate)
     sol = Solution(
         scene=scene,
         grid=grid,
@@ -262,50 +254,84 @@ def assembled(
             problem: {name: Calls(**each) for name, each in solvers.items()}
             for problem, solvers in record.get("calls", {}).items()
         },
-        error_estimate=None if estimate is None else ErrorEstimate.from_plain(estimate),
+        error_estimate=estimate,
     )
     check_entries(sol)
     return sol
 
 
+def _check_fields(grid: Grid, fields: dict[str, Any]) -> None:
+    """Refuse fields that are not of numbers on the grid, or on equal parts of its elements."""
+    sizes = SIZES | {"y": grid.rows, "x": grid.nx}
+    for name, values in fields.items():
+        dims, _, _ = (FIELDS | OPTIONAL)[name]
+        # the size of parts is that of the first field on them
+        shape = tuple(
+            sizes.setdefault(dim, size) for dim, size in zip(dims, values.shape, strict=True)
+        )
+        if values.shape != shape or values.dtype.kind not in "iuf":
+            raise ValueError(f"{name} that is not of numbers on the grid")
+        numbers = values[~np.isnan(values)] if name in MAY_BE_UNKNOWN else values
+        if not np.all(np.abs(numbers) <= checks.LARGE**2):
+            raise ValueError("numbers beyond those that can be computed with, or not finite")
+    if sizes.get("y_parts", 0) % grid.rows or sizes.get("x_parts", 0) % grid.nx:
+        raise ValueError("fields that are not on parts of the elements")
+
+
 def check_entries(sol: Solution) -> None:
     """Refuse entries that no solution has."""
-    scene, certificate, parts = sol.scene, sol.certificate, sol.pressure_on_parts
-    no_creepage = scene.shift_undetermined or scene.frictionless or not sol.pressure.any()
-    values = [np.ravel(value) for name, value in certificate.plain().items() if name != "level"]
-    numbers = np.concatenate([*values, [*sol.timing.values(), *sol.iterations.values()]])
+    _check_states(sol)
+    _check_pressure_on_parts(sol)
+    _check_rigid_motion(sol)
+    _check_statistics(sol)
+
+
+def _check_states(sol: Solution) -> None:
+    states = np.isin(sol.state, (EXTERIOR, STICK, SLIP, PLASTIC))
+    if not states.all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
+        raise ValueError(
+            "a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it"
+        )
+
+
+def _check_pressure_on_parts(sol: Solution) -> None:
+    parts = sol.pressure_on_parts
     on_elements = sol.pressure
     if parts is not None:
-        (rows, columns), (ny, nx) = parts.shape, sol.grid.shape
+        rows, columns = parts.shape
+        ny, nx = sol.grid.shape
         on_elements = means(parts, (rows // ny, columns // nx))
-    wrong = {
-        "a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it": (
-            not np.isin(sol.state, (EXTERIOR, STICK, SLIP, PLASTIC)).all()
-            or np.any((sol.state != EXTERIOR) != (sol.pressure > 0))
-        ),
-        "a pressure on parts of the elements that is missing, or that these do not bear": (
-            (parts is not None) != (sol.plan.cells(scene) != (1, 1))
-            or np.any(np.abs(on_elements - sol.pressure) > ROUNDED * sol.pressure.max())
-        ),
-        "an approach that is not finite": not scene.approach_undetermined
-        and np.isnan(sol.approach),
-        "creepages that are not finite": sol.motion
-        and not no_creepage
-        and np.isnan(sol.creepage).any(),
-        "a certificate, times or iterations that are not numbers, zero or positive": (
-            certificate.level not in LEVELS
-            or numbers.dtype.kind not in "iuf"
-            or np.any(numbers < 0)
-        ),
-        "no total time, or a branch that there is not": (
-            "total" not in sol.timing
-            or not isinstance(sol.converged, bool)
-            or sol.branch not in ("", *BRANCHES)
-        ),
-    }
-    for what, found in wrong.items():
-        if found:
-            raise ValueError(what)
+    on_parts = sol.plan.cells(sol.scene) != (1, 1)
+    rounding = ROUNDED * sol.pressure.max()
+    if (parts is not None) != on_parts or np.any(np.abs(on_elements - sol.pressure) > rounding):
+        raise ValueError(
+            "a pressure on parts of the elements that is missing, or that these do not bear"
+        )
+
+
+def _check_rigid_motion(sol: Solution) -> None:
+    scene = sol.scene
+    if not scene.approach_undetermined and np.isnan(sol.approach):
+        raise ValueError("an approach that is not finite")
+    undetermined = scene.shift_undetermined or scene.frictionless or not sol.pressure.any()
+    if sol.motion is not None and not undetermined and np.isnan(sol.creepage).any():
+        raise ValueError("creepages that are not finite")
+
+
+def _check_statistics(sol: Solution) -> None:
+    """Certificate, times, iterations and branch."""
+    entries = sol.certificate.plain()
+    level = entries.pop("level")
+    values = [np.ravel(value) for value in entries.values()]
+    numbers = np.concatenate([*values, [*sol.timing.values(), *sol.iterations.values()]])
+    if level not in LEVELS or numbers.dtype.kind not in "iuf" or np.any(numbers < 0):
+        raise ValueError(
+            "a certificate, times or iterations that are not numbers, zero or positive"
+        )
+    if "total" not in sol.timing or not isinstance(sol.converged, bool):
+        raise ValueError("no total time, or a branch that there is not")
+    if sol.branch not in ("", *BRANCHES):
+        raise ValueError("no total time, or a branch that there is not")
 
 
 MARK = b"\nvarcontact sha256 "

@@ -46,8 +46,11 @@ PLATFORMS = {
     ("win32", "AMD64"): ("win64", "x86_64-windows", ".dll"),
 }
 """Folders of binaries by FMI 2.0 and by FMI 3.0, and the ending of shared libraries."""
-BETWEEN = " Between them, the largest difference from exact solutions\n * at 1270 random points was 0.0077."
-"""What was measured of the book of the package, see docs/fast_theories.md."""
+BETWEEN = (
+    " Between them, the largest difference from exact solutions\n"
+    " * at 1270 random points was 0.0077."
+)
+"""Measured accuracy of the book of the package, see docs/fast_theories.md."""
 
 
 def write_c(
@@ -121,7 +124,8 @@ def write_fmu(
     """
     known = _entries(book)
     sources = {name: _filled(name, known) for name in ("fmi.c", *LIBRARY[:2])}
-    binary, places = _compiled(sources), PLATFORMS.get((sys.platform, platform.machine()))
+    binary = _compiled(sources)
+    places = PLATFORMS.get((sys.platform, platform.machine()))
     found = {}
     for k, version in enumerate((2, 3)):
         archive = {f"sources/{name}": text.encode() for name, text in sources.items()}
@@ -155,7 +159,8 @@ def _entries(book: TableBook | None) -> dict[str, object]:
         raise SceneError(
             "a/b", (least, greatest), "within 1e-3 and 1e3 in a book for vehicle codes"
         )
-    table, coefficients = packed(book.splines), coefficient_splines(book.nu)
+    table = packed(book.splines)
+    coefficients = coefficient_splines(book.nu)
     constants = {
         "HALFWAY": HALFWAY,
         "KNEE": KNEE,
