@@ -104,7 +104,10 @@ slip_difference='first-order', speed=None)
     >>> folder.cleanup()
     """
     lines = words.Lines(checks.file_name("path", path))
-    wheel = "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
+    wheel = (
+        "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, "
+        "and `varcontact wheelrail` solves it"
+    )
     cases: list[Case] = []
     case = Case()
     for _ in words.modules(lines, 3, "basic contact", {1: wheel}):
@@ -167,23 +170,35 @@ def _load(case: Case) -> dict[str, Any]:
 
 
 def _kinematics(lines: words.Lines, digits: dict[str, int]) -> tuple[float, float, float, float]:
-    names = (
-        "FN" if digits["N"] else "PEN",
-        "FX" if digits["F"] else "CKSI",
-        "FY" if digits["F"] == 2 else "CETA",
-    )
-    group = lines.group(*names, "CPHI")
+    names = ["PEN", "CKSI", "CETA", "CPHI"]
+    if digits["N"]:
+        names[0] = "FN"
+    if digits["F"]:
+        names[1] = "FX"
+    if digits["F"] == 2:
+        names[2] = "FY"
+    group = lines.group(*names)
     load, first, second, spin = group.numbers()
     if digits["F"] and digits["N"] == 0 and digits["T"] != NO_MOTION:
         why = (
             "with N = 0 is not supported: FX is a part of FSTAT FN, and FN is not known; use N = 1"
         )
         group.refuse("F (FORCE)", digits["F"], why)
-    centre = [words.number_of(word) for word in group.rest[:2]]
-    if len(centre) == 2 and centre[0] is not None and centre[1] is not None:
-        first += 0.0 if digits["F"] else spin * centre[1]
-        second -= 0.0 if digits["F"] == 2 else spin * centre[0]
+    centre = _spin_centre(group)
+    if centre is not None:
+        x, y = centre
+        if digits["F"] == 0:
+            first += spin * y
+        if digits["F"] != 2:
+            second -= spin * x
     return load, first, second, spin
+
+
+def _spin_centre(group: words.Group) -> list[float] | None:
+    """SPINXO and SPINYO behind the kinematics, if these are two numbers."""
+    numbers = [words.number_of(word) for word in group.rest[:2]]
+    centre = [number for number in numbers if number is not None]
+    return centre if len(centre) == 2 else None
 
 
 def read_friction(lines: words.Lines, law: int) -> Callable[[float], float | Law]:
@@ -218,7 +233,9 @@ def read_bodies(lines: words.Lines) -> Bodies:
 
 def _rolling(lines: words.Lines) -> tuple[int, float, float]:
     group = lines.group("CHI", "DQ", "VELOC")
-    angle, dq, velocity = group.angle(0), group.number(1), group.number(2)
+    angle = group.angle(0)
+    dq = group.number(1)
+    velocity = group.number(2)
     for direction in (1, -1):
         if abs(np.cos(angle) - direction) < 1e-8 and dq > 0 and velocity > 0:
             break
@@ -235,18 +252,10 @@ def _rolling(lines: words.Lines) -> tuple[int, float, float]:
 
 def _place(lines: words.Lines, case: Case, before: Case) -> None:
     """Put elements and undeformed distance into a case, as they are given or kept."""
-    digits, group = case["digits"], case["group"]
+    digits = case["digits"]
+    group = case["group"]
     if digits["D"] == 2:
-        kind = lines.group("IPOTCN")
-        (given,) = kind.integers()
-        if given not in words.POTENTIAL:
-            kind.refuse(
-                "IPOTCN",
-                given,
-                f"is not supported; supported: {', '.join(map(str, words.POTENTIAL))}",
-            )
-        entries = lines.group(*words.POTENTIAL[given])
-        case["potential"] = entries, given, entries.numbers()
+        case["potential"] = _read_potential(lines)
     if "potential" not in case:
         group.refuse(
             "D (DISCNS)", digits["D"], "keeps the elements of the case before, and there is none"
@@ -262,7 +271,25 @@ def _place(lines: words.Lines, case: Case, before: Case) -> None:
         )
     if hertzian:
         _place_hertzian(case, before)
-        return
+    else:
+        _place_sampled(lines, case)
+
+
+def _read_potential(lines: words.Lines) -> words.Given:
+    """IPOTCN and its entries."""
+    kind = lines.group("IPOTCN")
+    (ipotcn,) = kind.integers()
+    if ipotcn not in words.POTENTIAL:
+        supported = ", ".join(map(str, words.POTENTIAL))
+        kind.refuse("IPOTCN", ipotcn, f"is not supported; supported: {supported}")
+    entries = lines.group(*words.POTENTIAL[ipotcn])
+    return entries, ipotcn, entries.numbers()
+
+
+def _place_sampled(lines: words.Lines, case: Case) -> None:
+    """Elements, and the undeformed distance at their centres."""
+    digits = case["digits"]
+    group = case["group"]
     grid, row = words.elements(case["potential"])
     if row is not None and digits["N"] == 0:
         why = (
@@ -318,7 +345,8 @@ def _place_hertzian(case: Case, before: Case) -> None:
     if contact is None or scale <= 0:
         entries.refuse("SCALE", scale, "with this load gives no potential contact")
     nx, ny = words.counts(entries, mx, my)
-    a, b = contact.a * scale, contact.b * scale
+    a = contact.a * scale
+    b = contact.b * scale
     with words.located(entries):
         case["grid"] = Grid(nx=nx, ny=ny, dx=2 * a / nx, dy=2 * b / ny, x0=-a, y0=-b)
 
@@ -341,9 +369,18 @@ def _sequences(cases: Sequence[Case]) -> list[list[Case]]:
     return sequences
 
 
+def _surfaces(sequence: list[Case]) -> list[Any] | None:
+    """Surfaces of all steps; None where they are one and the same."""
+    surfaces = [case["surface"] for case in sequence]
+    if all(surface is surfaces[0] for surface in surfaces):
+        return None
+    return surfaces
+
+
 def _scene(sequence: list[Case]) -> Scene:
     case = sequence[0]
-    T, load = case["digits"]["T"], _load(case)
+    T = case["digits"]["T"]
+    load = _load(case)
     parts: dict[str, Any] = {name: case[name] for name in ("bodies", "surface", "grid")}
     parts["units"] = MM_N
     if len(sequence) > 1 or T == TRANSIENT:
@@ -355,7 +392,10 @@ def _scene(sequence: list[Case]) -> Scene:
         return Scene(**parts, **load, friction=case["friction"](1.0), motion=Shift(**_rigid(case)))
     direction, dq, velocity = case["rolling"]
     if direction == -1:
-        why = "with T = 3 is not supported: steady rolling here is towards positive x; mirror the case (x to -x)"
+        why = (
+            "with T = 3 is not supported: steady rolling here is towards positive x; "
+            "mirror the case (x to -x)"
+        )
         case["group"].refuse("CHI", "180d", why)
     return Scene(
         **parts, **load, friction=case["friction"](velocity), motion=Steady(dq=dq, **_rigid(case))
@@ -367,7 +407,8 @@ def _rigid(case: Case) -> dict[str, Any]:
     FSTAT FN.
     """
     _, first, second, spin = case["kinematics"]
-    friction, count = case["friction"](1.0), case["digits"]["F"]
+    friction = case["friction"](1.0)
+    count = case["digits"]["F"]
     static = friction.static if isinstance(friction, Law) else friction
     limit = static * _load(case).get("normal_force", 0.0)
     rolls = case["digits"]["T"] >= TRANSIENT
@@ -377,10 +418,20 @@ def _rigid(case: Case) -> dict[str, Any]:
     return given | {about_z: spin}
 
 
+def _rolling_of(case: Case) -> tuple[int, float, float]:
+    """Direction, step and velocity; a shift lasts a second."""
+    if case["digits"]["T"] != TRANSIENT:
+        return 1, 0.0, 1.0
+    rolling: tuple[int, float, float] = case["rolling"]
+    return rolling
+
+
 def _history(sequence: list[Case]) -> Transient:
+    """Motion of cases that continue each other, a step for each."""
     steps = [_rigid(case) | _load(case) for case in sequence]
-    rolling = [
-        case["rolling"] if case["digits"]["T"] == TRANSIENT else (1, 0.0, 1.0) for case in sequence
+    rolling = [_rolling_of(case) for case in sequence]
+    friction = [
+        case["friction"](velocity) for case, (_, _, velocity) in zip(sequence, rolling, strict=True)
     ]
     rigid: dict[str, Any] = {
         name: [step.get(name, 0.0) for step in steps]
@@ -389,15 +440,11 @@ def _history(sequence: list[Case]) -> Transient:
     for name in ("Fx", "Fy", "normal_force", "approach"):
         values = [step.get(name) for step in steps]
         rigid[name] = None if set(values) == {None} else values
-    surfaces = [case["surface"] for case in sequence]
     return Transient(
         steps=len(sequence),
         dq=[dq for _, dq, _ in rolling],
         direction=[direction for direction, _, _ in rolling],
-        friction=[
-            case["friction"](velocity)
-            for case, (_, _, velocity) in zip(sequence, rolling, strict=True)
-        ],
-        surface=surfaces if any(each is not surfaces[0] for each in surfaces) else None,
+        friction=friction,
+        surface=_surfaces(sequence),
         **rigid,
     )

@@ -133,9 +133,7 @@ def _case(
 ) -> ContactOutput:
     """One case, from the line of its heading to the last."""
     case = int(heading[1])
-    element = None
-    if heading[2] is not None:
-        element = int(heading[2])
+    element = None if heading[2] is None else int(heading[2])
     side = None
     announced = None
     values: dict[str, float] = {}
@@ -163,11 +161,14 @@ def _case(
         elif not of_profile:
             table |= entries
             table |= {name.removeprefix(CURVED): value for name, value in entries.items()}
-    without_contact = any(NONE_FOUND in line for line in lines[first:last])
-    if side is None and not patches and not without_contact:
+    if side is None and not patches and not _without_contact(lines[first:last]):
         patches = [values]
     _check_patches(file, last, case, patches, announced)
     return ContactOutput(case, element, side, values, tuple(patches))
+
+
+def _without_contact(lines: list[str]) -> bool:
+    return any(NONE_FOUND in line for line in lines)
 
 
 def _entries(file: Path, k: int, line: str, below: str) -> dict[str, float] | None:

@@ -114,7 +114,8 @@ class ContactResult:
         lacking = {"H", "UN", "MU"} - self.columns.keys()
         if lacking:
             raise SceneError("columns", sorted(self.columns), f"with {', '.join(sorted(lacking))}")
-        touching, friction = self.pressure > 0, self.values.get("FSTAT", np.nan)
+        touching = self.pressure > 0
+        friction = self.values.get("FSTAT", np.nan)
         spread = float(np.abs(self.columns["MU"][touching] - friction).max()) if self.T else 0.0
         if self.values.get("L") != 0 or spread > ROUNDED * friction:
             raise SceneError(
@@ -152,7 +153,10 @@ class ContactResult:
     def _check_elastic(self) -> None:
         M = int(self.values["M"])
         if M in OTHER_BODIES:
-            message = f"bodies: M = {M}, {OTHER_BODIES[M]}, cannot be certified; elastic half-spaces (M = 0) can"
+            message = (
+                f"bodies: M = {M}, {OTHER_BODIES[M]}, cannot be certified; "
+                "elastic half-spaces (M = 0) can"
+            )
             raise SceneError("bodies", OTHER_BODIES[M], message=message)
 
     @checks.named_options()
@@ -165,40 +169,49 @@ class ContactResult:
         half-spaces.
         """
         self._check_elastic()
-        grid, own = scene.grid, self.grid
-        if (
-            not isinstance(grid, Grid)
-            or not grid.explicit
-            or (grid.shape, grid.line) != (own.shape, own.line)
-        ):
-            raise SceneError(
-                "scene.grid", grid, f"explicit, with the elements of the result: {own}"
-            )
-        along_x = np.abs(own.x - grid.x) <= ROUNDED * grid.sides[0]
-        if not (
-            along_x.all()
-            and (grid.line or np.all(np.abs(own.y - grid.y) <= ROUNDED * grid.sides[1]))
-        ):
+        self._check_grid(scene.grid)
+        self._check_motion(scene)
+        return self.traction, self.pressure
+
+    def _check_grid(self, grid: Any) -> None:
+        """Refuse other elements than those of the result."""
+        own = self.grid
+        explicit = f"explicit, with the elements of the result: {own}"
+        if not isinstance(grid, Grid) or not grid.explicit:
+            raise SceneError("scene.grid", grid, explicit)
+        if (grid.shape, grid.line) != (own.shape, own.line):
+            raise SceneError("scene.grid", grid, explicit)
+        same = np.all(np.abs(own.x - grid.x) <= ROUNDED * grid.sides[0])
+        if not grid.line:
+            same = same and np.all(np.abs(own.y - grid.y) <= ROUNDED * grid.sides[1])
+        if not same:
             raise SceneError("scene.grid", grid, f"that of the result: {own}")
+
+    def _check_motion(self, scene: Scene) -> None:
+        """Refuse another kind of motion, direction or step of rolling than the result has."""
         motion = scene.motion
         fits = {
             0: motion == Shift(),
             1: isinstance(motion, Shift),
             3: isinstance(motion, Steady),
-        }.get(self.T, False)
-        if not fits:
-            allowed = f"that of the result, which has T = {self.T}" + (
-                ": Shift()" if self.T == 0 else ""
-            )
+        }
+        if not fits.get(self.T, False):
+            allowed = f"that of the result, which has T = {self.T}"
+            if self.T == 0:
+                allowed += ": Shift()"
             raise SceneError("scene.motion", motion, allowed)
-        dq = getattr(motion, "dq", None) or grid.sides[0]
+        if not isinstance(motion, Steady):
+            return
         # CONTACT's step of steady rolling is DX by default, and the file may have the DQ of the
         # input
-        same_step = any(abs(dq - step) <= ROUNDED * step for step in (self.dq, own.sides[0]))
-        if isinstance(motion, Steady) and (self.direction != 1 or not same_step):
-            step = f"of the result: dq = {self.dq:g}, towards {'positive' if self.direction == 1 else 'negative'} x"
-            raise SceneError("scene.motion", motion, step)
-        return self.traction, self.pressure
+        assert isinstance(scene.grid, Grid)
+        dq = motion.dq or scene.grid.sides[0]
+        steps = (self.dq, self.grid.sides[0])
+        same_step = any(abs(dq - step) <= ROUNDED * step for step in steps)
+        if self.direction != 1 or not same_step:
+            side = "positive" if self.direction == 1 else "negative"
+            allowed = f"of the result: dq = {self.dq:g}, towards {side} x"
+            raise SceneError("scene.motion", motion, allowed)
 
 
 @checks.named_options()
@@ -269,26 +282,8 @@ def read_contact_result(path: str | Path) -> ContactResult:
     if not (dx > 0 and dy > 0):
         raise wrong_line(name, group.line, "has no positive DX and DY")
     grid, _ = lattice(group, nx, ny, dx, dy, x0, y0)
-    fields = np.full((len(names), ny * nx), np.nan)
-    for number, row in enumerate(lines[start:], start + 1):
-        if not row.strip():
-            continue
-        numbers = dict(zip(names, _numbers(name, number, row, len(names)), strict=False))
-        element = int(numbers["I"]) - 1
-        if (
-            numbers["I"] != element + 1
-            or not 0 <= element < ny * nx
-            or np.isfinite(fields[0, element])
-        ):
-            raise wrong_line(
-                name,
-                number,
-                f"has element {numbers['I']:g}: give each of 1 to {ny * nx} once at most",
-            )
-        if numbers["IGS"] not in STATES:
-            raise wrong_line(name, number, f"has IGS = {numbers['IGS']:g}; supported: 0, 1, 2, 3")
-        fields[:, element] = list(numbers.values())
-    columns = dict(zip(names, fields.reshape(-1, ny, nx), strict=True))
+    table = _table(name, lines, start, names, ny * nx)
+    columns = dict(zip(names, table.reshape(-1, ny, nx), strict=True))
     pressure, px, py, state = (np.nan_to_num(columns[key]) for key in ("PN", "PX", "PY", "IGS"))
     if not np.any(pressure):
         raise wrong_line(
@@ -313,6 +308,27 @@ def read_contact_result(path: str | Path) -> ContactResult:
         values,
         columns,
     )
+
+
+def _table(path: Path, lines: list[str], start: int, names: list[str], size: int) -> np.ndarray:
+    """Columns of the table by element, (names, size), which begins at a line; NaN at elements that
+    are not in it.
+    """
+    table = np.full((len(names), size), np.nan)
+    for number, row in enumerate(lines[start:], start + 1):
+        if not row.strip():
+            continue
+        numbers = dict(zip(names, _numbers(path, number, row, len(names)), strict=False))
+        element = int(numbers["I"]) - 1
+        within = numbers["I"] == element + 1 and 0 <= element < size
+        if not within or np.isfinite(table[0, element]):
+            words = f"has element {numbers['I']:g}: give each of 1 to {size} once at most"
+            raise wrong_line(path, number, words)
+        if numbers["IGS"] not in STATES:
+            words = f"has IGS = {numbers['IGS']:g}; supported: 0, 1, 2, 3"
+            raise wrong_line(path, number, words)
+        table[:, element] = list(numbers.values())
+    return table
 
 
 def _header(path: Path, lines: list[str]) -> tuple[dict[str, float], list[str], int]:

@@ -297,9 +297,11 @@ def elements(potential: Given) -> tuple[Grid, Row | None]:
         along_x, along_y = (nx, ny) if ipotcn == 2 else (nx - 1, ny - 1)
         if along_x == 0 or along_y == 0:
             group.refuse("IPOTCN", 4, "needs MX and MY of 2 at least")
-        dx, dy = (dx - x) / along_x, (dy - y) / along_y
+        dx = (dx - x) / along_x
+        dy = (dy - y) / along_y
     if ipotcn in (3, 4):  # from centre to centre
-        x, y = x - dx / 2, y - dy / 2
+        x = x - dx / 2
+        y = y - dy / 2
     return lattice(group, nx, ny, dx, dy, x, y)
 
 
@@ -336,7 +338,11 @@ def read_distance(lines: Lines, grid: Grid) -> Given:
 def sampled(distance: Given, grid: Grid, row: Row | None) -> SampledDistance:
     """The undeformed distance at the centres of the elements."""
     _, ibase, values = distance
-    x, y = grid.x[None, :], grid.y[:, None] if row is None else np.full((1, 1), row[0])
+    x = grid.x[None, :]
+    if row is None:
+        y = grid.y[:, None]
+    else:
+        y = np.full((1, 1), row[0])
     if ibase == 9:
         h = np.reshape(values, grid.shape)
     elif ibase == 1:
@@ -345,7 +351,8 @@ def sampled(distance: Given, grid: Grid, row: Row | None) -> SampledDistance:
             h = b1 * x**2 + b2 * x * y + b3 * y**2 + b4 * x + b5 * y + b6
     else:
         axle, radius, first, step, *heights = values
-        at, profile = (y - first) / step, np.array(heights)
+        at = (y - first) / step
+        profile = np.array(heights)
         # the outermost pieces go on beyond the profile
         k = np.clip(np.floor(at).astype(int), 0, len(heights) - 2)
         h = profile[k] + (at - k) * (profile[k + 1] - profile[k]) + (x - axle) ** 2 / (2 * radius)

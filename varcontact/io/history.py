@@ -105,10 +105,8 @@ class Stored(Sequence[Solution]):
             with files.reading(path):
                 if form == HISTORY_FORMAT and _layout(path) is None:
                     raise ValueError(NOT_AS_WRITTEN)
-                scene, plan = (
-                    scene_from(_entry(file, "scene")),
-                    Plan.of_record(_entry(file, "plan")),
-                )
+                scene = scene_from(_entry(file, "scene"))
+                plan = Plan.of_record(_entry(file, "plan"))
                 settings = _entry(file, "settings")
                 settings["tol"] = checks.positive("tol", settings["tol"])
                 settings["polish"] = checks.flag("polish", settings["polish"])

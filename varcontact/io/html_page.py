@@ -31,15 +31,19 @@ def html_page(sol: Solution) -> bytes:
     image = base64.b64encode(picture.getvalue()).decode()
     title = escape(headline(sol))
     # the command that solves it again
-    grid = sol.scene.grid
+    scene = sol.scene
+    accuracy = None
+    if sol.error_estimate is not None:
+        accuracy = sol.error_estimate.accuracy
     options = f"--normal {sol.plan.normal}"
     if sol.plan.has_friction:
         options += f" --tangential {sol.plan.tangential}"
-    if sol.error_estimate is not None and sol.error_estimate.accuracy is not None:
-        options = f"--accuracy {sol.error_estimate.accuracy:g}"
-        grid = "auto"
+    if accuracy is not None:
+        options = f"--accuracy {accuracy:g}"
     try:
-        text = scene_text(replace(sol.scene, grid=grid))
+        if accuracy is not None:
+            scene = replace(scene, grid="auto")
+        text = scene_text(scene)
         repeat = f"<p>To repeat it, save this scene as scene.toml:</p><pre>{escape(text)}</pre>"
         repeat += f"<pre>varcontact solve scene.toml {escape(options)} --plot picture.png</pre>"
     except SceneError as error:

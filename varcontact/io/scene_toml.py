@@ -232,6 +232,13 @@ def _made_of_table(
     }
     if key == "bodies" and "kind" not in entries:
         return _half_spaces(name, entries)
+    return _object(name, key, entries)
+
+
+def _object(name: str, key: str, entries: dict[str, Any]) -> Any:
+    """Object of the class, or of the kind, that stands at a place; a surface of samples may be
+    smoothed.
+    """
     place = PLACES[key]
     kind = place if isinstance(place, type) else _kind(name, entries, place)
     if kind is SampledDistance and "smoothing" in entries:

@@ -98,7 +98,8 @@ def variables_of(
     """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and how
     they were found.
     """
-    units, line = sol.scene.units or IN_WORDS, sol.scene.line
+    units = sol.scene.units or IN_WORDS
+    line = sol.scene.line
     variables: dict[str, Any] = {}
     for name, (dims, quantity, words) in {**fields, **OPTIONAL}.items():
         values = getattr(sol, name)
