@@ -153,12 +153,18 @@ def _case(lines: words.Lines, before: Case) -> Case:
             "needs CHI, DQ and VELOC, which the case before does not give: use C = 2",
         )
     _place(lines, case, before)
-    if digits["T"] == STEADY and digits["R"] == 1 and case.get("solver") != CONVEX_GS:
+    if _steps_by_elements(case):
         direction, _, velocity = case["rolling"]
-        # whatever DQ says; kept by the next case
-        case["rolling"] = direction, case["grid"].dx, velocity
+        # kept by the next case
+        case["rolling"] = (direction, case["grid"].dx, velocity)
     words.skip_stresses(lines, digits["S"])
     return case
+
+
+def _steps_by_elements(case: Case) -> bool:
+    """True where CONTACT steps by DX, whatever DQ says: in steady rolling, but for one solver."""
+    digits = case["digits"]
+    return digits["T"] == STEADY and digits["R"] == 1 and case.get("solver") != CONVEX_GS
 
 
 def _load(case: Case) -> dict[str, Any]:
