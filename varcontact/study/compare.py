@@ -21,6 +21,7 @@ from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, of_another
 from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures, neighbour
+from varcontact.study.parallel import Execution
 from varcontact.study.parameters import named_scenes
 
 COLUMNS = (
@@ -128,41 +129,53 @@ def compare(
     >>> import varcontact as vc
     >>> scene = vc.Scene(
     ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
-    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=10, ny=10))
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3),
+    ...     grid=vc.Grid(nx=10, ny=10))
     >>> table = vc.compare(scene, ["clarabel", "tang", "fastsim"])
     >>> table["outcome"].tolist(), bool((table["force_distance"] < [1e-6, 1e-6, 0.15]).all())
     (['solved', 'solved', 'approximate'], True)
     """
-    tol, progress = checks.positive("tol", tol), checks.progress(progress)
+    tol = checks.positive("tol", tol)
+    execution = Execution(executor, workers, checks.progress(progress))
     named = {str(name): scene for name, scene in named_scenes(scenes).items()}
-    if isinstance(methods, str) or not isinstance(methods, Iterable):
-        raise SceneError("methods", methods, "a list of names")
-    chosen = [Method.named(method) for method in methods]
-    if not chosen:
-        raise SceneError("methods", [], "at least one")
+    chosen = _methods(methods)
     named = {name: _on_grid(scene, accuracy, time_budget) for name, scene in named.items()}
+
+    def comparison(rows: list[dict[str, Any]]) -> Comparison:
+        chosen_rows = [row for name in named for row in rows if row["scene"] == name]
+        return Comparison(chosen_rows, columns=list(COLUMNS))
+
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
-        finished = {row["scene"]: row["identity"] for row in table.rows}
-        for name, key in finished.items():
-            if [row["method"] for row in table.rows if row["scene"] == name] != [
-                method.name for method in chosen
-            ]:
-                raise of_another(table.path, "compares other methods, or the same in another order")
-            if name in named and identity(named[name], tol) != key:
-                raise of_another(table.path, f"holds another scene named {name!r}")
+        finished = _finished(table, named, chosen, tol)
         tasks = {
             name: (name, scene, chosen, tol)
             for name, scene in named.items()
             if name not in finished
         }
+        return table.fill(_rows, tasks, execution, comparison, len(named))
 
-        def made(rows: list[dict[str, Any]]) -> Comparison:
-            return Comparison(
-                [row for name in named for row in rows if row["scene"] == name],
-                columns=list(COLUMNS),
-            )
 
-        return table.fill(_rows, tasks, executor, workers, progress, made, len(named))
+def _methods(names: Any) -> list[Method]:
+    if isinstance(names, str) or not isinstance(names, Iterable):
+        raise SceneError("methods", names, "a list of names")
+    methods = [Method.named(name) for name in names]
+    if not methods:
+        raise SceneError("methods", [], "at least one")
+    return methods
+
+
+def _finished(
+    table: Table, named: Mapping[str, Scene], methods: list[Method], tol: float
+) -> set[str]:
+    """Names of the scenes in a table, which must have these methods and be these scenes."""
+    names = [method.name for method in methods]
+    finished = {row["scene"]: row["identity"] for row in table.rows}
+    for name, key in finished.items():
+        if [row["method"] for row in table.rows if row["scene"] == name] != names:
+            raise of_another(table.path, "compares other methods, or the same in another order")
+        if name in named and identity(named[name], tol) != key:
+            raise of_another(table.path, f"holds another scene named {name!r}")
+    return set(finished)
 
 
 def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) -> Scene:
@@ -184,12 +197,14 @@ def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[di
     residual.
     """
     motion = scene.motion
-    motions = [motion, neighbour(motion)] if motion is not None else [None]
-    found = [attempted(scene, method, tol, motions) for method in methods]
-    solved = [solutions[0] for outcome, _, solutions in found if outcome == "solved"]
+    motions: list[Any] = [motion]
+    if motion is not None:
+        motions.append(neighbour(motion))
+    attempts = [attempted(scene, method, tol, motions) for method in methods]
+    solved = [solutions[0] for outcome, _, solutions in attempts if outcome == "solved"]
     best = min(solved, key=lambda sol: sol.certificate.residual, default=None)
     rows = []
-    for method, (outcome, reason, solutions) in zip(methods, found, strict=True):
+    for method, (outcome, reason, solutions) in zip(methods, attempts, strict=True):
         row = {
             "scene": name,
             "method": method.name,
@@ -204,9 +219,9 @@ def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[di
 
 
 def _measured(solutions: list[Solution], best: Solution | None) -> dict[str, Any]:
-    """What a method found, at what cost, and how far from the best answer on the same grid."""
+    """Figures of a solution, its cost, and its distance from the best answer on the same grid."""
     sol = solutions[0]
-    work, *again = (
+    seconds, *repeats = (
         each.timing.get("normal", 0.0) + each.timing.get("tangential", 0.0) for each in solutions
     )
     calls = {
@@ -219,26 +234,33 @@ def _measured(solutions: list[Solution], best: Solution | None) -> dict[str, Any
         **{f"{stage}_seconds": sol.timing.get(stage, 0.0) for stage in STAGES},
         "calls": "; ".join(f"{problem}: {count}" for problem, count in calls.items()),
     }
-    if again:
-        row |= {"repeat_seconds": again[0], "setup_seconds": max(work - again[0], 0.0)}
+    if repeats:
+        row["repeat_seconds"] = repeats[0]
+        row["setup_seconds"] = max(seconds - repeats[0], 0.0)
     if best is None or vars(sol.grid) != vars(best.grid):
         return row
-    row["misclassified"] = int(np.sum(sol.state != best.state))
+    return row | _distances(sol, best)
+
+
+def _distances(sol: Solution, best: Solution) -> dict[str, Any]:
+    """Distances of force and tractions from the best answer; without friction or slip that of the
+    pressures.
+    """
+    row: dict[str, Any] = {"misclassified": int(np.sum(sol.state != best.state))}
     bound = best.traction_bound
     limit = float(bound.sum() * best.grid.area)
     if 0 < limit < np.inf:
         row["force_distance"] = float(np.hypot(*(sol.force - best.force)) / limit)
-        row["traction_distance"] = float(
-            np.hypot(*(sol.traction - best.traction)).max() / bound.max()
-        )
-    else:  # without friction or slip that of the pressures
-        row["traction_distance"] = float(
-            np.abs(sol.pressure - best.pressure).max() / best.pressure.max()
-        )
+        largest = np.hypot(*(sol.traction - best.traction)).max()
+        row["traction_distance"] = float(largest / bound.max())
+    else:
+        largest = np.abs(sol.pressure - best.pressure).max()
+        row["traction_distance"] = float(largest / best.pressure.max())
     return row
 
 
-class Comparison(pd.DataFrame):  # type: ignore[misc]  # pandas has no types, mypy's rule is for bases without
+# pandas has no types
+class Comparison(pd.DataFrame):  # type: ignore[misc]
     """A data frame with one row per scene and method, see `varcontact.compare`.
 
     Examples
@@ -246,7 +268,8 @@ class Comparison(pd.DataFrame):  # type: ignore[misc]  # pandas has no types, my
     >>> import varcontact as vc
     >>> scene = vc.Scene(
     ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
-    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=8, ny=8))
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3),
+    ...     grid=vc.Grid(nx=8, ny=8))
     >>> table = vc.compare(scene, ["tang", "fastsim"])
     >>> len(table[table["outcome"] == "solved"])
     1

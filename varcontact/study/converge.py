@@ -26,7 +26,7 @@ from varcontact.solving.solve import solve
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity, of_another
 from varcontact.study.methods import BOUNDS, Method, attempted, figures
-from varcontact.study.parallel import traced
+from varcontact.study.parallel import Execution, traced
 
 DEFAULT_METHOD = "tang-safeguarded"
 TANGENTIAL = (
@@ -41,7 +41,7 @@ TANGENTIAL = (
     "slip_area",
     *BOUNDS,
 )
-"""What there is of scenes with a motion alone."""
+"""Columns for scenes with a motion alone."""
 MOST_OFFSETS = 1000
 """Offsets of one grid: their mean has no noise left that matters."""
 
@@ -117,23 +117,64 @@ def converge(
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Paraboloids(Rx=1.0, Ry=1.0), normal_force=1e-3)
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Paraboloids(Rx=1.0, Ry=1.0),
+    ...     normal_force=1e-3)
     >>> study = vc.converge(scene, [8, 12, 16], method="norm")
     >>> limit = study.limit("approach")
     >>> abs(limit["value"] - scene.hertz.approach) < limit["error"] < 1e-2 * scene.hertz.approach
     True
     """
     checks.kind("scene", scene, Scene)
+    numbers = _finer_and_finer(cells)
+    methods = _methods(method)
+    offsets = checks.whole("offsets", offsets, most=MOST_OFFSETS)
+    tol = checks.positive("tol", tol)
+    execution = Execution(executor, workers, checks.progress(progress))
+    _check_refinable(scene)
+    key = identity(replace(scene, grid=_spec(scene, 1)), tol)
+    total = len(numbers) * len(methods) * offsets
+    study = partial(
+        Convergence.of, cells=numbers, methods=[each.name for each in methods], offsets=offsets
+    )
+    with Table.opened(store, COLUMNS, WORDS, "a table of an earlier study of convergence") as table:
+        if any(row["identity"] != key for row in table.rows):
+            raise of_another(store, "holds a study of another scene or tol")
+        finished = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
+        for n, each in product(numbers, methods):
+            if (n, each.name, 0) not in finished:
+                _check_memory(replace(scene, grid=_spec(scene, n + (offsets > 1))), each, n)
+        tasks: dict[str, tuple[Any, ...]] = {}
+        box = contact_of(scene)
+        for k, (n, each, i) in enumerate(product(numbers, methods, range(offsets)), 1):
+            if (n, each.name, i) in finished:
+                continue
+            place = (0.0, 0.0) if offsets == 1 else offset(n, i)
+            on_grid = replace(scene, grid=lattice(scene, box, n, place))
+            name = f"{k} of {total}: {each.name}, {n} cells, offset {i + 1} of {offsets}"
+            tasks[name] = (on_grid, each, tol, n, i, key)
+        return table.fill(_rows, tasks, execution, study, total, "solves")
+
+
+def _finer_and_finer(cells: Iterable[int]) -> list[int]:
     numbers = checks.wholes("cells", cells, least=2)
     if not numbers or any(after <= before for before, after in pairwise(numbers)):
         raise SceneError("cells", numbers, "a sequence of grids, each finer than the one before")
-    if not isinstance(method, Iterable):
-        raise SceneError("method", method, "a name, or a list of names")
-    methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
+    return numbers
+
+
+def _methods(names: Any) -> list[Method]:
+    if not isinstance(names, Iterable):
+        raise SceneError("method", names, "a name, or a list of names")
+    if isinstance(names, str):
+        names = [names]
+    methods = [Method.named(name) for name in names]
     if not methods:
-        raise SceneError("method", method, "at least one name")
-    offsets, tol = checks.whole("offsets", offsets, most=MOST_OFFSETS), checks.positive("tol", tol)
-    progress = checks.progress(progress)
+        raise SceneError("method", names, "at least one name")
+    return methods
+
+
+def _check_refinable(scene: Scene) -> None:
+    """Refuse histories, and scenes that are tied to one grid."""
     if not isinstance(scene.motion, Steady | Shift | None):
         raise SceneError(
             "motion", scene.motion, "Steady, Shift or none: convergence is studied on one problem"
@@ -142,36 +183,18 @@ def converge(
         raise SceneError("friction", "an array", "a number or a law: an array fits one grid only")
     if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
         raise SceneError("surface.x", None, "given: samples without coordinates fit one grid only")
-    key = identity(replace(scene, grid=_spec(scene, 1)), tol)
-    total = len(numbers) * len(methods) * offsets
-    with Table.opened(store, COLUMNS, WORDS, "a table of an earlier study of convergence") as table:
-        if any(row["identity"] != key for row in table.rows):
-            raise of_another(store, "holds a study of another scene or tol")
-        known = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
-        for n, each in product(numbers, methods):
-            if (n, each.name, 0) not in known:
-                on_grid = replace(scene, grid=_spec(scene, n + (offsets > 1)))
-                try:
-                    check_fits(on_grid, each.plan(on_grid))
-                except TooLarge as error:
-                    what, remedy = (
-                        f"cells = {n}: {each.name}",
-                        "leave these cells out, or the method",
-                    )
-                    raise TooLarge(what, error.needed, error.available, remedy) from None
-                except (SceneError, SolverUnavailable):
-                    pass  # the table will say so
-        tasks: dict[str, tuple[Any, ...]] = {}
-        box = contact_of(scene)
-        for k, (n, each, i) in enumerate(product(numbers, methods, range(offsets)), 1):
-            if (n, each.name, i) not in known:
-                grid = lattice(scene, box, n, (0.0, 0.0) if offsets == 1 else offset(n, i))
-                word = f"{k} of {total}: {each.name}, {n} cells, offset {i + 1} of {offsets}"
-                tasks[word] = replace(scene, grid=grid), each, tol, n, i, key
-        made = partial(
-            Convergence.of, cells=numbers, methods=[each.name for each in methods], offsets=offsets
-        )
-        return table.fill(_rows, tasks, executor, workers, progress, made, total, "solves")
+
+
+def _check_memory(scene: Scene, method: Method, cells: int) -> None:
+    """Refuse a method that needs more memory than there is; other errors are for the table."""
+    try:
+        check_fits(scene, method.plan(scene))
+    except TooLarge as error:
+        what = f"cells = {cells}: {method.name}"
+        remedy = "leave these cells out, or the method"
+        raise TooLarge(what, error.needed, error.available, remedy) from None
+    except (SceneError, SolverUnavailable):
+        pass
 
 
 def _rows(
@@ -179,7 +202,11 @@ def _rows(
 ) -> list[dict[str, Any]]:
     """The one row of a solve; the first of each grid is traced for its memory."""
     solving = partial(attempted, scene, method, tol, [scene.motion])
-    (outcome, reason, solutions), memory = traced(solving) if offset == 0 else (solving(), np.nan)
+    memory = np.nan
+    if offset == 0:
+        (outcome, reason, solutions), memory = traced(solving)
+    else:
+        outcome, reason, solutions = solving()
     row: dict[str, Any] = {}
     for sol in solutions:
         row |= {
@@ -203,9 +230,12 @@ def _rows(
 
 
 def _spec(scene: Scene, elements: int) -> Grid:
-    given = scene.grid if isinstance(scene.grid, Grid) else Grid(nx=1)
-    margin = given.margin if scene.hertz is not None and not scene.coupled else given.margin + 1
-    return Grid(nx=elements, ny=None if scene.line else elements, margin=margin, edge=given.edge)
+    """A grid with the scene's margin and edge, one more where the contact is not known exactly."""
+    own = scene.grid if isinstance(scene.grid, Grid) else Grid(nx=1)
+    margin = own.margin
+    if scene.hertz is None or scene.coupled:
+        margin = margin + 1
+    return Grid(nx=elements, ny=None if scene.line else elements, margin=margin, edge=own.edge)
 
 
 def contact_of(scene: Scene) -> Box:
@@ -234,14 +264,17 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> G
     """A lattice with `cells` elements across a box, and the margin, moved left and down by
     fractions of an element.
     """
-    (left, right, bottom, top), more = box, int(any(place))
-    dx, dy = (right - left) / cells, (top - bottom) / cells
-    left, bottom = left - place[0] * dx, bottom - place[1] * dy
-    elements = cells + more
-    spread = _spec(scene, elements).spread(
-        (left, left + elements * dx, bottom, bottom + elements * dy)
-    )
-    return within(spread, scene.surface) if isinstance(scene.surface, SampledDistance) else spread
+    left, right, bottom, top = box
+    dx = (right - left) / cells
+    dy = (top - bottom) / cells
+    left = left - place[0] * dx
+    bottom = bottom - place[1] * dy
+    elements = cells + 1 if any(place) else cells
+    covered = (left, left + elements * dx, bottom, bottom + elements * dy)
+    grid = _spec(scene, elements).spread(covered)
+    if isinstance(scene.surface, SampledDistance):
+        return within(grid, scene.surface)
+    return grid
 
 
 def _staircase(scene: Scene) -> dict[str, float]:
@@ -251,21 +284,26 @@ def _staircase(scene: Scene) -> dict[str, float]:
     Averaged over all positions of the lattice each is zero, and nearly all the noise of forces is
     proportional to them. Nothing, where every element that the ellipse touches is in contact.
     """
-    hertz, grid = scene.hertz, given_grid(scene)
+    hertz = scene.hertz
+    grid = given_grid(scene)
     if hertz is None or grid.edge != "centres":
         return {}
     x, y = np.meshgrid(grid.x / hertz.a, grid.y / hertz.b)
-    inside, area = (
-        x**2 + y**2 < 1,
-        grid.sides[0] / hertz.a * (1.0 if scene.line else grid.sides[1] / hertz.b),
-    )
-    exact: dict[str, tuple[np.ndarray, float]] = {
-        "": (inside, 2.0 if scene.line else np.pi),
-        "_x": (x, 0.0),
-    }
-    if not scene.line:
-        exact |= {"_y": (y, 0.0), "_xx": (x**2, np.pi / 4), "_yy": (y**2, np.pi / 4)}
+    inside = x**2 + y**2 < 1
+    area = grid.sides[0] / hertz.a
+    exact: dict[str, tuple[np.ndarray, float]]
+    if scene.line:
+        exact = {"": (inside, 2.0), "_x": (x, 0.0)}
+    else:
+        area = area * (grid.sides[1] / hertz.b)
+        exact = {
+            "": (inside, np.pi),
+            "_x": (x, 0.0),
+            "_y": (y, 0.0),
+            "_xx": (x**2, np.pi / 4),
+            "_yy": (y**2, np.pi / 4),
+        }
     return {
-        f"staircase{name}": float(np.sum(of[inside]) * area - whole)
-        for name, (of, whole) in exact.items()
+        f"staircase{name}": float(np.sum(values[inside]) * area - integral)
+        for name, (values, integral) in exact.items()
     }

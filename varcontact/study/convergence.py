@@ -104,11 +104,17 @@ class Convergence(Reported):
 
         SceneError if there is no such row.
         """
-        known = [row for row in self.limits.to_dict("records") if row["quantity"] == quantity]
-        rows: list[dict[str, Any]] = [row for row in known if method in (None, row["method"])]
+        rows: list[dict[str, Any]] = [
+            row
+            for row in self.limits.to_dict("records")
+            if row["quantity"] == quantity and method in (None, row["method"])
+        ]
         if len(rows) != 1:
-            choices = f"{', '.join(QUANTITIES)}, with a method of {', '.join(dict.fromkeys(self.runs['method']))}"
-            message = f"quantity {quantity!r}, method {method!r} is not one limit; choose one of {choices}"
+            methods = dict.fromkeys(self.runs["method"])
+            message = (
+                f"quantity {quantity!r}, method {method!r} is not one limit; choose one of "
+                f"{', '.join(QUANTITIES)}, with a method of {', '.join(methods)}"
+            )
             raise SceneError("quantity, method", (quantity, method), message=message)
         return rows[0]
 
@@ -136,7 +142,8 @@ class Convergence(Reported):
         return "\n\n".join(_block(self, name) for name in dict.fromkeys(self.runs["method"]))
 
     def __repr__(self) -> str:
-        cells, methods = (list(dict.fromkeys(self.runs[name])) for name in ("cells", "method"))
+        cells = list(dict.fromkeys(self.runs["cells"]))
+        methods = list(dict.fromkeys(self.runs["method"]))
         return f"Convergence(cells={cells}, methods={methods})"
 
 
@@ -160,25 +167,18 @@ def _limit(name: str, quantity: str, answers: pd.DataFrame) -> dict[str, Any] | 
     """The limit of one quantity by one method; None where it has no values (the approach of some
     line contacts).
     """
-    known = answers[answers[quantity].notna()]
-    if known.empty:
+    rows = answers[answers[quantity].notna()]
+    if rows.empty:
         return None
-    force, creepage = known["normal_force"], known[["vx", "vy"]].abs().max(axis=1)
-    sizes = {
-        "Fx": force,
-        "Fy": force,
-        "Mz": force * np.sqrt(known["contact_area"]),
-        "vx": creepage,
-        "vy": creepage,
-    }
-    # where symmetry makes the quantity zero
-    scale = float(sizes[quantity].max()) if quantity in sizes else 0.0
-    staircase = known[list(STAIRCASE)].dropna(axis=1).to_numpy(dtype=float)
-    h, values = 1 / known["cells"].to_numpy(dtype=float), known[quantity].to_numpy(dtype=float)
-    limit = extrapolate(h, values, staircase, scale)
-    last = known[known["cells"] == known["cells"].max()]
+    staircase = rows[list(STAIRCASE)].dropna(axis=1).to_numpy(dtype=float)
+    h = 1 / rows["cells"].to_numpy(dtype=float)
+    values = rows[quantity].to_numpy(dtype=float)
+    limit = extrapolate(h, values, staircase, _scale(rows, quantity))
+    last = rows[rows["cells"] == rows["cells"].max()]
     finest = float(last[quantity].mean())
-    bound = float(last[f"{quantity}_bound"].max()) if f"{quantity}_bound" in BOUNDS else np.nan
+    bound = np.nan
+    if f"{quantity}_bound" in BOUNDS:
+        bound = float(last[f"{quantity}_bound"].max())
     row = {
         "method": name,
         "quantity": quantity,
@@ -192,56 +192,69 @@ def _limit(name: str, quantity: str, answers: pd.DataFrame) -> dict[str, Any] | 
     return row
 
 
+def _scale(rows: pd.DataFrame, quantity: str) -> float:
+    """Size of a quantity where symmetry makes it zero; 0 for those that are never zero."""
+    if quantity in ("Fx", "Fy"):
+        return float(rows["normal_force"].max())
+    if quantity == "Mz":
+        return float((rows["normal_force"] * np.sqrt(rows["contact_area"])).max())
+    if quantity in ("vx", "vy"):
+        return float(rows[["vx", "vy"]].abs().max(axis=1).max())
+    return 0.0
+
+
 def _block(study: Convergence, name: str) -> str:
     """Means by grid, limits, and what went wrong, for one method."""
     grids = study.grids[study.grids["method"] == name].to_dict("records")
     limits = [row for row in study.limits.to_dict("records") if row["method"] == name]
     same = [row["quantity"] for row in limits if row["reason"] == SAME]
-    shown = [row for row in limits if row["reason"] != SAME]
-    head = ["cells", *(row["quantity"] for row in shown), "residual", "seconds", "MiB"]
-    body = [
-        [
-            f"{row['cells']}"
-            + (
-                "" if row["answers"] == row["solves"] else f" ({row['answers']} of {row['solves']})"
-            ),
-            *(cell(row[each["quantity"]], ".6g") for each in shown),
-            cell(row["residual"], ".0e"),
-            cell(row["seconds"], ".3f"),
-            cell(row["memory"] / 2**20, ".1f"),
-        ]
-        for row in grids
-    ]
-    lines = [name, *columns_of_text([head, *body], left=1)]
-    reasons: dict[str, list[str]] = {}
-    if shown:
-        head = [
-            "",
-            "extrapolated",
-            "error",
-            "order",
-            "finest grid",
-            "its error",
-            "noise",
-            "solver bound",
-        ]
-        forms = {"finest": ".7g", "finest_error": ".2g", "noise": ".2g", "solver_bound": ".2g"}
-        body = []
-        for row in shown:
-            order = "" if row["reason"] == HIDDEN else cell(row["order"], ".2f")
-            if order and row["order_low"] == row["order_low"]:
-                order += f" ({row['order_low']:.1f} to {row['order_high']:.1f})"
-            known = [row["quantity"], cell(row["value"], ".7g"), cell(row["error"], ".2g"), order]
-            body.append([*known, *(cell(row[name], form) for name, form in forms.items())])
-        lines += ["", *columns_of_text([head, *body], left=1)]
+    changing = [row for row in limits if row["reason"] != SAME]
+    lines = [name, *_means_as_text(grids, [row["quantity"] for row in changing])]
+    if changing:
+        lines += ["", *_limits_as_text(changing)]
     if same:
         lines.append(f"the same on all grids: {', '.join(same)}")
-    for row in shown:
-        reasons.setdefault(row["reason"], []).append(row["quantity"])
-    lines += [f"{', '.join(names)}: {reason}" for reason, names in reasons.items() if reason]
+    quantities: dict[str, list[str]] = {}
+    for row in changing:
+        quantities.setdefault(row["reason"], []).append(row["quantity"])
+    lines += [f"{', '.join(names)}: {reason}" for reason, names in quantities.items() if reason]
     runs = study.runs[(study.runs["method"] == name) & (study.runs["reason"] != "")]
     lines += [
         f"{row['cells']} cells, offset {row['offset']}: {row['reason']}"
         for row in runs.to_dict("records")
     ]
     return "\n".join(lines)
+
+
+def _means_as_text(grids: list[dict[str, Any]], quantities: list[str]) -> list[str]:
+    lines = [["cells", *quantities, "residual", "seconds", "MiB"]]
+    for row in grids:
+        cells = f"{row['cells']}"
+        if row["answers"] != row["solves"]:
+            cells += f" ({row['answers']} of {row['solves']})"
+        means = [cell(row[quantity], ".6g") for quantity in quantities]
+        residual = cell(row["residual"], ".0e")
+        seconds = cell(row["seconds"], ".3f")
+        lines.append([cells, *means, residual, seconds, cell(row["memory"] / 2**20, ".1f")])
+    return columns_of_text(lines, left=1)
+
+
+def _limits_as_text(limits: list[dict[str, Any]]) -> list[str]:
+    forms = {
+        "extrapolated": ("value", ".7g"),
+        "error": ("error", ".2g"),
+        "order": ("order", ".2f"),
+        "finest grid": ("finest", ".7g"),
+        "its error": ("finest_error", ".2g"),
+        "noise": ("noise", ".2g"),
+        "solver bound": ("solver_bound", ".2g"),
+    }
+    lines = [["", *forms]]
+    for row in limits:
+        cells = {heading: cell(row[column], form) for heading, (column, form) in forms.items()}
+        if row["reason"] == HIDDEN:
+            cells["order"] = ""
+        elif cells["order"] and row["order_low"] == row["order_low"]:
+            cells["order"] += f" ({row['order_low']:.1f} to {row['order_high']:.1f})"
+        lines.append([row["quantity"], *cells.values()])
+    return columns_of_text(lines, left=1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,7 +16,7 @@ from varcontact.io.scene_toml import scene_to
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.report import plain
 from varcontact.scene.scene import Scene
-from varcontact.study.parallel import opened, results
+from varcontact.study.parallel import Execution, opened, results
 from varcontact.system.files import check_writable, only_writer, replacing
 from varcontact.system.process import imported
 
@@ -30,9 +29,8 @@ Made = TypeVar("Made")
 
 def identity(scene: Scene, tol: float) -> str:
     """A digest of a scene and its tolerance."""
-    return hashlib.sha256(json.dumps([scene_to(scene), tol], sort_keys=True).encode()).hexdigest()[
-        :12
-    ]
+    content = json.dumps([scene_to(scene), tol], sort_keys=True)
+    return hashlib.sha256(content.encode()).hexdigest()[:12]
 
 
 @dataclass
@@ -63,7 +61,7 @@ class Table:
         check_writable("store", path, (".csv",))
         with only_writer("store", path):
             rows = _read_rows(path, columns, words, what)
-            yield cls(path, columns, rows, path.read_bytes() if path.exists() else None)
+            yield cls(path, columns, rows, _content_of(path))
 
     def write(self, rows: list[dict[str, Any]]) -> None:
         """Replace all rows; the file is left as it was if it cannot be written or something else
@@ -74,8 +72,11 @@ class Table:
             return
         import pandas as pd
 
-        if (self.path.read_bytes() if self.path.exists() else None) != self._content:
-            reason = "has been changed by something else since this study wrote it; what was added since is not in it"
+        if _content_of(self.path) != self._content:
+            reason = (
+                "has been changed by something else since this study wrote it; "
+                "what was added since is not in it"
+            )
             raise OutputError("store", self.path, reason)
         content = as_csv(pd.DataFrame(self.rows, columns=list(self.columns)))
         with replacing("store", self.path) as file:
@@ -86,26 +87,28 @@ class Table:
         self,
         work: Callable[..., list[dict[str, Any]]],
         tasks: Mapping[str, tuple[Any, ...]],
-        executor: Executor | None,
-        workers: int,
-        progress: Callable[[str], None],
+        execution: Execution,
         made: Callable[[list[dict[str, Any]]], Made],
         total: int,
         what: str = "scenes",
     ) -> Made:
-        """What is made of the rows, once those of tasks by name, the rest of a `total`, are added;
+        """Study `made` of the rows, once those of tasks by name, the rest of a `total`, are added;
         or Ctrl-C comes.
         """
         done = total - len(tasks)
         try:
-            with opened(executor, workers) as pool:
-                for _, rows in results(work, tasks, pool, progress):
+            with opened(execution.executor, execution.workers) as pool:
+                for _, rows in results(work, tasks, pool, execution.progress):
                     if rows:
                         self.write([*self.rows, *rows])
                     done += 1
         except KeyboardInterrupt:
             raise Interrupted(made(self.rows), f" after {done} of {total} {what}") from None
         return made(self.rows)
+
+
+def _content_of(path: Path) -> bytes | None:
+    return path.read_bytes() if path.exists() else None
 
 
 def _read_rows(
@@ -116,17 +119,17 @@ def _read_rows(
 
     if not store.exists() or store.stat().st_size == 0:
         return []
-    # pandas 3.1 reads all digits by itself, and warns of the option
-    exact = (
-        {}
-        if tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1)
-        else {"float_precision": "round_trip"}
-    )
+    # a scene may be called "NA": only empty figures are missing
+    options: dict[str, Any] = {
+        "dtype": dict.fromkeys(words, str),
+        "keep_default_na": False,
+        "na_values": [""],
+    }
+    if tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1):
+        # later versions read all digits by themselves, and warn of the option
+        options["float_precision"] = "round_trip"
     try:
-        # a scene may be called "NA": only empty figures are missing
-        table = pd.read_csv(
-            store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], **exact
-        )
+        table = pd.read_csv(store, **options)
         if set(table.columns) != set(columns):
             raise ValueError("other columns")
         for name in set(columns) - set(words):
@@ -168,11 +171,15 @@ def as_csv(table: pd.DataFrame) -> bytes:
 
 def _quoted(value: Any) -> Any:
     """A value; a text that begins as a formula with a quote before it."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULAS) else value
+    if isinstance(value, str) and value.startswith(FORMULAS):
+        return f"'{value}"
+    return value
 
 
 def _unquoted(text: str) -> str:
-    return text[1:] if text[:1] == "'" and text[1:].startswith(FORMULAS) else text
+    if text[:1] == "'" and text[1:].startswith(FORMULAS):
+        return text[1:]
+    return text
 
 
 def as_json(table: pd.DataFrame) -> str:
@@ -183,8 +190,12 @@ def as_json(table: pd.DataFrame) -> str:
 def columns_of_text(lines: list[list[str]], left: int) -> list[str]:
     """Lines of cells in columns, the first `left` of them flush left."""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    form = "  ".join(f"{{:{'<' if i < left else '>'}{width}}}" for i, width in enumerate(widths))
-    return [form.format(*line).rstrip() for line in lines]
+    rows = []
+    for line in lines:
+        cells = [text.ljust(width) for text, width in zip(line[:left], widths, strict=False)]
+        cells += [text.rjust(width) for text, width in zip(line[left:], widths[left:], strict=True)]
+        rows.append("  ".join(cells).rstrip())
+    return rows
 
 
 def cell(value: Any, form: str) -> str:
@@ -200,11 +211,12 @@ def rows_of_text(
     """
     lines = [list(names)]
     for row in rows:
-        bars = [row.get(bar.format(name)) or 0.0 for name in names]
-        values = [row[name] for name in names]
-        figures = [isinstance(value, float) and value == value for value in values]
-        cells = zip(values, bars, figures, strict=True)
-        lines.append(
-            [with_bar(value, each) if known else cell(value, "") for value, each, known in cells]
-        )
+        cells = []
+        for name in names:
+            value = row[name]
+            if isinstance(value, float) and value == value:
+                cells.append(with_bar(value, row.get(bar.format(name)) or 0.0))
+            else:
+                cells.append(cell(value, ""))
+        lines.append(cells)
     return columns_of_text(lines, left=0)

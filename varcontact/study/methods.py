@@ -46,35 +46,21 @@ class Method:
     method: str = "auto"
 
     @classmethod
-    def named(cls, given: str) -> Method:
+    def named(cls, text: str) -> Method:
         """From a name, ``[normal|]tangential[/formulation][+polish]``."""
-        name = str(given).strip()
+        name = str(text).strip()
         rest, plus, polish = name.partition("+")
         if plus and polish != "polish":
-            raise SceneError("methods", given, 'with no other suffix than "+polish"')
+            raise SceneError("methods", text, 'with no other suffix than "+polish"')
         rest, _, formulation = rest.partition("/")
         if formulation:
             checks.choice("methods", formulation, FORMULATIONS)
         if rest in PRESETS and rest != "auto":
             if plus:
-                raise SceneError(
-                    "methods", given, f'"{rest}": only a program solver called by name is polished'
-                )
+                allowed = f'"{rest}": only a program solver called by name is polished'
+                raise SceneError("methods", text, allowed)
             return cls(name, "auto", "auto", formulation or "auto", False, rest)
-        normal, bar, tangential = rest.partition("|")
-        every = ["auto", *tangential_methods(), *THEORIES]
-        if bar:
-            _check_known(normal, ["auto", *normal_methods()])
-            _check_known(tangential, every)
-        else:
-            only_normal = [known for known in normal_methods() if known not in every]
-            _check_known(rest, list(dict.fromkeys([*every, *PRESETS, *only_normal])))
-            takes_cones = rest in every or (rest.startswith("cvxpy:") and rest not in only_normal)
-            normal, tangential = rest, rest if takes_cones else ""
-            if rest.startswith("tang"):
-                normal = "norm"
-            elif rest in THEORIES:
-                normal = "auto"
+        normal, tangential = _pair(rest)
         return cls(name, normal, tangential, formulation or "auto", bool(plus))
 
     def plan(self, scene: Scene) -> Plan:
@@ -83,24 +69,39 @@ class Method:
         """
         moves = scene.motion is not None
         if moves and not self.tangential:
-            raise SceneError(
-                "methods",
-                self.name,
-                f'a pair, as "{self.name}|clarabel": it is for normal problems',
-            )
-        normal = (
-            self.normal
-            if select(scene).normal != "hertz" or "|" in self.name or not moves
-            else "auto"
-        )
+            allowed = f'a pair, as "{self.name}|clarabel": it is for normal problems'
+            raise SceneError("methods", self.name, allowed)
+        normal = self.normal
+        if select(scene).normal == "hertz" and "|" not in self.name and moves:
+            normal = "auto"
         plan = select(
             scene, normal, self.tangential or "auto", "auto", self.formulation, self.method
         )
         if self.polish and not (states_programs(plan.tangential) or states_programs(plan.normal)):
-            raise SceneError(
-                "methods", self.name, 'without "+polish": only program solvers are polished'
-            )
+            allowed = 'without "+polish": only program solvers are polished'
+            raise SceneError("methods", self.name, allowed)
         return plan
+
+
+def _pair(text: str) -> tuple[str, str]:
+    """The normal and the tangential method of ``normal|tangential``, or of one name for both; ""
+    for none.
+    """
+    normal, bar, tangential = text.partition("|")
+    every = ["auto", *tangential_methods(), *THEORIES]
+    if bar:
+        _check_known(normal, ["auto", *normal_methods()])
+        _check_known(tangential, every)
+        return normal, tangential
+    only_normal = [name for name in normal_methods() if name not in every]
+    _check_known(text, list(dict.fromkeys([*every, *PRESETS, *only_normal])))
+    takes_cones = text in every or (text.startswith("cvxpy:") and text not in only_normal)
+    tangential = text if takes_cones else ""
+    if text.startswith("tang"):
+        return "norm", tangential
+    if text in THEORIES:
+        return "auto", tangential
+    return text, tangential
 
 
 def _check_known(name: str, names: list[str]) -> None:
@@ -124,8 +125,9 @@ def attempted(
         solutions.extend(solve_in_turn(scene, motions, plan, tol, method.polish))
     except VarcontactError as error:
         if not solutions:  # those before a later failure stay
-            best = error.solution if isinstance(error, NotConverged) else None
-            return failure(error), str(error), [] if best is None else [best]
+            if isinstance(error, NotConverged) and error.solution is not None:
+                solutions = [error.solution]
+            return failure(error), str(error), solutions
     return outcome(plan), "", solutions
 
 
@@ -133,7 +135,9 @@ def failure(error: VarcontactError) -> str:
     """The outcome of a solve that ends with an error."""
     if isinstance(error, NotConverged):
         return "not converged"
-    return "unavailable" if isinstance(error, SolverUnavailable) else "refused"
+    if isinstance(error, SolverUnavailable):
+        return "unavailable"
+    return "refused"
 
 
 def outcome(plan: Plan) -> str:
@@ -141,7 +145,9 @@ def outcome(plan: Plan) -> str:
     is approximate.
     """
     formula = plan.theory is not None or (not plan.has_friction and plan.closed_form)
-    return "approximate" if formula or plan.coupling == "johnson" else "solved"
+    if formula or plan.coupling == "johnson":
+        return "approximate"
+    return "solved"
 
 
 def neighbour(motion: Steady | Shift) -> Steady | Shift:
@@ -159,26 +165,28 @@ def figures(sol: Solution) -> dict[str, Any]:
     are its own.
     """
     certificate = sol.certificate
-    found = {
-        **dict(
-            zip(
-                ("Fx", "Fy", "vx", "vy", "spin"),
-                map(float, (*sol.force, *sol.creepage)),
-                strict=True,
-            )
-        ),
+    Fx, Fy = map(float, sol.force)
+    vx, vy, spin = map(float, sol.creepage)
+    columns = {
+        "Fx": Fx,
+        "Fy": Fy,
+        "vx": vx,
+        "vy": vy,
+        "spin": spin,
         "Mz": sol.moment,
-        **{
-            name: getattr(sol, name)
-            for name in ("normal_force", "approach", "max_pressure", "friction_work")
-        },
-        **{name: getattr(certificate, name) for name in ("gap", "relative_gap", "residual")},
+        "normal_force": sol.normal_force,
+        "approach": sol.approach,
+        "max_pressure": sol.max_pressure,
+        "friction_work": sol.friction_work,
+        "gap": certificate.gap,
+        "relative_gap": certificate.relative_gap,
+        "residual": certificate.residual,
         "iterations": sum(sol.iterations.values()),
         **sol.elements,
-        **{f"{name}_area": area for name, area in sol.areas.items()},
     }
+    columns |= {f"{name}_area": area for name, area in sol.areas.items()}
     if certificate.level == "full":
-        found |= zip(BOUNDS, map(float, certificate.force_bound), strict=True)
+        columns |= zip(BOUNDS, map(float, certificate.force_bound), strict=True)
     if sol.error_estimate is not None:
-        found |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
-    return found
+        columns |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
+    return columns

@@ -14,6 +14,7 @@ import tracemalloc
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
@@ -31,6 +32,15 @@ START = "forkserver" if sys.platform == "linux" else "spawn"
 forks (macOS)."""
 PRELOAD = ["psutil", "scipy.fft", "scipy.linalg", "scipy.special", "varcontact.study.sweep"]
 """Modules that the fork server imports, once for all processes."""
+
+
+@dataclass(frozen=True)
+class Execution:
+    """Where tasks are done, as for `sweep`, and the function that is called with their names."""
+
+    executor: Executor | None
+    workers: int
+    progress: Callable[[Any], Any]
 
 
 def results(
@@ -61,9 +71,9 @@ def results(
             progress(names[future])
             yield names.pop(future), result
     finally:
-        # which end at once, with what they have
-        for future in () if isinstance(executor, _Processes) else names:
-            future.cancel()
+        if not isinstance(executor, _Processes):  # those end at once, with what they have
+            for future in names:
+                future.cancel()
 
 
 @contextmanager
@@ -88,12 +98,10 @@ def opened(executor: Any, workers: Any) -> Iterator[Executor | None]:
     workers = checks.whole("workers", workers, most=MOST_WORKERS)
     if executor is not None:
         if not isinstance(executor, Executor):
-            hint = (
-                "; of a dask client: client.get_executor()"
-                if hasattr(executor, "get_executor")
-                else ""
-            )
-            raise SceneError("executor", executor, f"None or a concurrent.futures.Executor{hint}")
+            allowed = "None or a concurrent.futures.Executor"
+            if hasattr(executor, "get_executor"):
+                allowed += "; of a dask client: client.get_executor()"
+            raise SceneError("executor", executor, allowed)
         if workers != 1:
             raise SceneError("workers", workers, "left out: the executor has its own")
         yield executor

@@ -28,31 +28,33 @@ def scenes_over(scenes: Any, over: Any) -> tuple[dict[str, list[Any]], list[Scen
     """
     named = named_scenes(scenes)
     varied = varied_values({} if over is None else over)
-    made = [
+    every = [
         changed(scene, dict(zip(varied, point, strict=True)))
         for scene in named.values()
         for point in product(*varied.values())
     ]
-    return varied if isinstance(scenes, Scene) else {SCENE: list(named)} | varied, made
+    if not isinstance(scenes, Scene):
+        varied = {SCENE: list(named)} | varied
+    return varied, every
 
 
-def named_scenes(given: Any) -> dict[Any, Scene]:
+def named_scenes(scenes: Any) -> dict[Any, Scene]:
     """Scenes of one problem each by their names, or by their numbers in a list."""
-    if isinstance(given, Scene):
-        named: dict[Any, Any] = {SCENE: given}
-    elif isinstance(given, Mapping):
-        named = dict(given)
+    if isinstance(scenes, Scene):
+        named: dict[Any, Any] = {SCENE: scenes}
+    elif isinstance(scenes, Mapping):
+        named = dict(scenes)
         for name in named:
             if not isinstance(name, str):
                 raise SceneError("scenes", name, "named by strings")
-    elif isinstance(given, Sequence) and not isinstance(given, str | bytes):
-        named = dict(enumerate(given))
+    elif isinstance(scenes, Sequence) and not isinstance(scenes, str | bytes):
+        named = dict(enumerate(scenes))
     else:
-        raise SceneError("scenes", given, "a Scene, a list of them, or a dict of them by name")
+        raise SceneError("scenes", scenes, "a Scene, a list of them, or a dict of them by name")
     if not named:
-        raise SceneError("scenes", given, "at least one")
+        raise SceneError("scenes", scenes, "at least one")
     for name, scene in named.items():
-        field = "scenes" if scene is given else f"scenes[{name!r}]"
+        field = "scenes" if scene is scenes else f"scenes[{name!r}]"
         checks.kind(field, scene, Scene)
         if not isinstance(scene.motion, Steady | Shift | None):
             message = (
@@ -69,47 +71,67 @@ def varied_values(over: Any, *, numbers: bool = True) -> dict[str, list[Any]]:
     if not isinstance(over, Mapping):
         raise SceneError("over", over, 'a dict of values by entry, as {"motion.vx": [0.0, 1e-3]}')
     varied: dict[str, list[Any]] = {}
-    for name, given in over.items():
-        field, allowed = f"over[{name!r}]", "a list of numbers" if numbers else "a list of values"
+    for name, values in over.items():
         if not isinstance(name, str):
             raise SceneError("over", name, "named by strings")
-        if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
-            raise SceneError(field, given, allowed)
-        values = [value.item() if isinstance(value, np.generic) else value for value in given]
-        if not values:
-            raise SceneError(field, values, "at least one value")
-        for value in values if numbers else ():
+        varied[name] = _values(f"over[{name!r}]", values, numbers)
+    return varied
+
+
+def _values(field: str, given: Any, numbers: bool) -> list[Any]:
+    """The values of one entry, all different; `numbers` or words, or whatever it takes."""
+    allowed = "a list of numbers" if numbers else "a list of values"
+    if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
+        raise SceneError(field, given, allowed)
+    values = [value.item() if isinstance(value, np.generic) else value for value in given]
+    if not values:
+        raise SceneError(field, values, "at least one value")
+    if numbers:
+        for value in values:
             if isinstance(value, bool) or not isinstance(value, int | float | str):
                 raise SceneError(field, value, allowed)
-        if len(set(values if numbers else map(str, values))) < len(values):
-            raise SceneError(field, values, "different values")
-        varied[name] = values
-    return varied
+        different = set(values)
+    else:
+        different = set(map(str, values))
+    if len(different) < len(values):
+        raise SceneError(field, values, "different values")
+    return values
 
 
 def changed(owner: Owner, values: Mapping[str, Any], what: str = "scene") -> Owner:
     """A scene, or a wheel set, with entries replaced, named as `scenes_over` names them."""
-    given: Any = owner
+    old: Any = owner
     parts: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
-        part, _, entry = name.partition(".")
-        whole, message = [f.name for f in fields(given)], ""
-        inside = getattr(given, part) if part in whole else None
-        known = [f.name for f in fields(inside)] if is_dataclass(inside) else []
-        if part not in whole:
-            message = f'the {what} has no "{name}"{checks.nearest(part, whole)}'
-        elif entry and entry not in known:
-            kind = "missing" if inside is None else type(inside).__name__
-            why = "" if known else f": {part} is {kind}"
-            message = f'the {what} has no "{name}"{why}{checks.nearest(entry, known)}'
-        elif not entry and known and not is_dataclass(value):
-            message = f'"{name}" is no number (as "{part}.{known[0]}")'
+        message = _why_not_entry(old, name, value, what)
         if message:
             raise SceneError("over", name, f"a number of the {what}", message=f"over: {message}")
+        part, _, entry = name.partition(".")
         parts.setdefault(part, {})[entry] = value
+    if not parts:
+        return owner
     changes = {
-        part: entries[""] if "" in entries else replace(getattr(given, part), **entries)
+        part: entries[""] if "" in entries else replace(getattr(old, part), **entries)
         for part, entries in parts.items()
     }
-    made: Owner = replace(given, **changes) if changes else given
-    return made
+    new: Owner = replace(old, **changes)
+    return new
+
+
+def _why_not_entry(owner: Any, name: str, value: Any, what: str) -> str:
+    """Reason why a value cannot be that of an entry; empty where it can."""
+    part, _, entry = name.partition(".")
+    parts = [field.name for field in fields(owner)]
+    if part not in parts:
+        return f'the {what} has no "{name}"{checks.nearest(part, parts)}'
+    inside = getattr(owner, part)
+    entries = [field.name for field in fields(inside)] if is_dataclass(inside) else []
+    if entry and entry not in entries:
+        why = ""
+        if not entries:
+            kind = "missing" if inside is None else type(inside).__name__
+            why = f": {part} is {kind}"
+        return f'the {what} has no "{name}"{why}{checks.nearest(entry, entries)}'
+    if not entry and entries and not is_dataclass(value):
+        return f'"{name}" is no number (as "{part}.{entries[0]}")'
+    return ""

@@ -53,15 +53,29 @@ from varcontact.system.process import imported
 if TYPE_CHECKING:
     import xarray as xr
 
-ENTRIES = dict.fromkeys(("normal_force", "motion.Fx", "motion.Fy"), "force")
-ENTRIES |= dict.fromkeys(
-    ("approach", "motion.dq", "motion.ux", "motion.uy", "grid.dx", "grid.dy"), "length"
-)
-ENTRIES |= dict.fromkeys((f"surface.{name}" for name in ("Rx", "Ry", "R", "a", "b")), "length")
-ENTRIES |= {"bodies.G": "pressure", "motion.spin": "spin"}
-ENTRIES |= dict.fromkeys(
-    ("friction", "bodies.nu", "motion.vx", "motion.vy", "motion.rotation"), "1"
-)
+ENTRIES = {
+    "normal_force": "force",
+    "motion.Fx": "force",
+    "motion.Fy": "force",
+    "approach": "length",
+    "motion.dq": "length",
+    "motion.ux": "length",
+    "motion.uy": "length",
+    "grid.dx": "length",
+    "grid.dy": "length",
+    "surface.Rx": "length",
+    "surface.Ry": "length",
+    "surface.R": "length",
+    "surface.a": "length",
+    "surface.b": "length",
+    "bodies.G": "pressure",
+    "motion.spin": "spin",
+    "friction": "1",
+    "bodies.nu": "1",
+    "motion.vx": "1",
+    "motion.vy": "1",
+    "motion.rotation": "1",
+}
 """Quantities of entries that vary."""
 
 
@@ -89,9 +103,12 @@ class Standing:
     left: float | None = None
 
     def __str__(self) -> str:
-        failed = f", {self.failed} not solved" if self.failed else ""
-        left = "" if self.left is None else f", {timedelta(seconds=round(self.left))} left"
-        return f"{self.done} of {self.of} scenes{failed}{left}"
+        text = f"{self.done} of {self.of} scenes"
+        if self.failed:
+            text += f", {self.failed} not solved"
+        if self.left is not None:
+            text += f", {timedelta(seconds=round(self.left))} left"
+        return text
 
 
 @checks.named_options()
@@ -197,15 +214,18 @@ def sweep(
     [-0.07  -0.133 -0.362]
     """
     varied, every = scenes_over(scenes, over)
-    options: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
-    options |= {
+    options: dict[str, Any] = {
+        "normal": normal,
+        "tangential": tangential,
+        "coupling": coupling,
         "formulation": formulation,
         "method": method,
         "tol": tol,
         "polish": polish,
         "certify": certify,
+        "accuracy": accuracy,
+        "time_budget": time_budget,
     }
-    options |= {"accuracy": accuracy, "time_budget": time_budget}
     settings = _settings(options, every)
     options |= {name: settings[name] for name in ("tol", "polish", "certify")}
     chunk = checks.whole("chunk", chunk)
@@ -224,20 +244,22 @@ def sweep(
         for first in firsts:  # a chunk is solved as a whole
             records[first : first + chunk] = blank(1, records.dtype)
         tasks = {first: (options, records.dtype, every[first : first + chunk]) for first in firsts}
-        started, before = time.monotonic(), int(np.count_nonzero(records["outcome"]))
+        started = time.monotonic()
+        stored = int(np.count_nonzero(records["outcome"]))
         try:
-            report(_standing(records, before, 0.0))
-            for first, solved in results(_solved, tasks, pool):
+            report(_standing(records, stored, 0.0))
+            for first, chunk_records in results(_solve_chunk, tasks, pool):
                 if put is not None:
-                    put(first, solved)
-                records[first : first + len(solved)] = solved
-                report(_standing(records, before, time.monotonic() - started))
+                    put(first, chunk_records)
+                records[first : first + len(chunk_records)] = chunk_records
+                report(_standing(records, stored, time.monotonic() - started))
         except (KeyboardInterrupt, WorkersLost) as stopped:
             partial = tabulated(records, coordinates, described)
             so_far = f" after {np.count_nonzero(records['outcome'])} of {len(records)} scenes"
             if isinstance(stopped, KeyboardInterrupt):
                 raise Interrupted(partial, so_far) from None
-            stopped.args, stopped.partial = (f"{stopped}{so_far}",), partial
+            stopped.args = (f"{stopped}{so_far}",)
+            stopped.partial = partial
             raise
     return tabulated(records, coordinates, described)
 
@@ -267,8 +289,8 @@ def read_sweep(path: str | Path) -> xr.Dataset:
     >>> folder = tempfile.TemporaryDirectory()
     >>> path = pathlib.Path(folder.name) / "sweep.nc"
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-    ...     motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=6, ny=6))
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...     friction=0.3, motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=6, ny=6))
     >>> swept = vc.sweep(scene, {"motion.vx": [0.1, 0.2]}, store=path)
     >>> vc.read_sweep(path).identical(swept)
     True
@@ -277,10 +299,13 @@ def read_sweep(path: str | Path) -> xr.Dataset:
     return tabulated(*read_sweep_file(checks.file_name("path", path)))
 
 
-def _standing(records: np.ndarray, before: int, seconds: float) -> Standing:
+def _standing(records: np.ndarray, stored: int, seconds: float) -> Standing:
+    """Progress after some seconds, of which the first `stored` records took none."""
     done = int(np.count_nonzero(records["outcome"]))
     failed = done - int(np.count_nonzero(np.isin(records["outcome"], [b"solved", b"approximate"])))
-    left = seconds / (done - before) * (len(records) - done) if done > before else None
+    left = None
+    if done > stored:
+        left = seconds / (done - stored) * (len(records) - done)
     return Standing(done, len(records), failed, left)
 
 
@@ -291,17 +316,17 @@ def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any
     errors: list[VarcontactError] = []
     for scene in scenes:
         try:
-            known = _checked(scene, options)
+            checked = _checked(scene, options)
         except VarcontactError as error:
             errors.append(error)
             continue
-        settings = {**options, "tol": known.tol, "polish": known.polish, "certify": known.certify}
+        settings = dict(options)
+        settings["tol"] = checked.tol
+        settings["polish"] = checked.polish
+        settings["certify"] = checked.certify
         goals = {name: settings.pop(name) for name in ("accuracy", "time_budget")}
-        if (
-            known.plan.theory is None
-            and any(scene.grid == "auto" for scene in scenes)
-            and not any(goals.values())
-        ):
+        without_grid = any(scene.grid == "auto" for scene in scenes)
+        if checked.plan.theory is None and without_grid and not any(goals.values()):
             goals["accuracy"] = BY_DEFAULT
         return settings | {name: value for name, value in goals.items() if value is not None}
     raise errors[0]
@@ -314,46 +339,70 @@ def _checked(scene: Scene, options: dict[str, Any]) -> SolveOptions:
     return checked
 
 
-def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> np.ndarray:
+def _solve_chunk(options: dict[str, Any], dtype: np.dtype, scenes: Sequence[Scene]) -> np.ndarray:
     """The records of a chunk of scenes, with the errors of those that fail: in batches by default,
     else in turn.
     """
-    records, done, names = (
-        blank(len(scenes), kind),
-        np.zeros(len(scenes), bool),
-        set(kind.names or ()),
-    )
-    methods = ("normal", "tangential", "coupling", "formulation", "method")
-    by_default = all(given[name] == "auto" for name in methods) and given["time_budget"] is None
-    if by_default and given["certify"] in ("gap", "none"):
-        found, done = solve_batches(scenes, given["tol"], given["accuracy"])
-        left_out = {"gap", "relative_gap"} if given["certify"] == "none" else set()
-        for name in names & found.keys() - left_out:
-            records[name][done] = found[name][done]
-        records["outcome"][done] = b"solved"
-    series = Series(given["tol"], given["polish"], given["certify"])
+    records = blank(len(scenes), dtype)
+    done = _solve_in_batches(options, records, scenes)
+    series = Series(options["tol"], options["polish"], options["certify"])
     for k in np.flatnonzero(~done).tolist():
         try:
-            options = _checked(scenes[k], given)
-            goal = options.target is not None
-            sol = (
-                adaptive.solve(scenes[k], options)
-                if goal
-                else series.solve(scenes[k], options.plan)
-            )
-            assert isinstance(sol, Solution)
-            for name, value in figures(sol).items():
-                if name in names:
-                    records[name][k] = value
-            records["outcome"][k] = outcome(options.plan)
+            solution, solved_as = _solve_in_turn(options, series, scenes[k])
+            _enter(records, k, figures(solution))
+            records["outcome"][k] = solved_as
         except Exception as error:  # a sweep of days does not end with one scene
-            name = failure(error) if isinstance(error, VarcontactError) else "failed"
-            reason = str(error) if name != "failed" else f"{type(error).__name__}: {error}"
-            # no half of a letter
-            text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")
-            records["outcome"][k], records["reason"][k] = name, text.encode()
+            _enter_failure(records, k, error)
     series.forget()
     return records
+
+
+def _solve_in_batches(
+    options: dict[str, Any], records: np.ndarray, scenes: Sequence[Scene]
+) -> np.ndarray:
+    """Enter the figures of the scenes that batches solve, if all methods are the default; True for
+    these.
+    """
+    methods = ("normal", "tangential", "coupling", "formulation", "method")
+    by_default = all(options[name] == "auto" for name in methods)
+    certify = options["certify"]
+    if not by_default or options["time_budget"] is not None or certify not in ("gap", "none"):
+        return np.zeros(len(scenes), bool)
+    columns, done = solve_batches(scenes, options["tol"], options["accuracy"])
+    left_out = {"gap", "relative_gap"} if certify == "none" else set()
+    for name in set(records.dtype.names or ()) & columns.keys() - left_out:
+        records[name][done] = columns[name][done]
+    records["outcome"][done] = b"solved"
+    return done
+
+
+def _solve_in_turn(options: dict[str, Any], series: Series, scene: Scene) -> tuple[Solution, str]:
+    """The solution of a scene, and its outcome."""
+    checked = _checked(scene, options)
+    if checked.target is not None:
+        solution = adaptive.solve(scene, checked)
+    else:
+        solution = series.solve(scene, checked.plan)
+    assert isinstance(solution, Solution)
+    return solution, outcome(checked.plan)
+
+
+def _enter(records: np.ndarray, k: int, values: Mapping[str, Any]) -> None:
+    """Enter figures into record k, as far as it has columns for them."""
+    for name in set(records.dtype.names or ()) & values.keys():
+        records[name][k] = values[name]
+
+
+def _enter_failure(records: np.ndarray, k: int, error: Exception) -> None:
+    """Enter the outcome and the reason of an error into record k."""
+    records["outcome"][k] = "failed"
+    reason = f"{type(error).__name__}: {error}"
+    if isinstance(error, VarcontactError):
+        records["outcome"][k] = failure(error)
+        reason = str(error)
+    # cut to the column, between letters
+    cut = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")
+    records["reason"][k] = cut.encode()
 
 
 def _described(
@@ -364,23 +413,30 @@ def _described(
     """
     import xarray as xr
 
-    named, motions = {scene.units for scene in scenes}, {type(scene.motion) for scene in scenes}
-    unit = named.pop() if len(named) == 1 else None
-    units: dict[str, str] = {}
-    if unit is not None:
-        line, shift = any(scene.line for scene in scenes), motions == {Shift}
-        known = ["force", "length", "moment", "pressure", "area", "spin", "1"]
-        if shift or motions == {Steady}:
-            known += ["creepage", "spin creepage", "work"]
-        units = {each: unit.of(each, line, shift) for each in known}
-    columns = {
-        name: (name, values, {"units": units[ENTRIES[name]]} if ENTRIES.get(name) in units else {})
-        for name, values in varied.items()
-    }
-    told = json.dumps([varied, *(scene_to(scene) for scene in scenes)], sort_keys=True)
-    digest = hashlib.sha256(told.encode()).hexdigest()[:16]
+    units = _common_units(scenes)
+    columns = {}
+    for name, values in varied.items():
+        quantity = ENTRIES.get(name)
+        columns[name] = (name, values, {"units": units[quantity]} if quantity in units else {})
+    content = json.dumps([varied, *(scene_to(scene) for scene in scenes)], sort_keys=True)
+    digest = hashlib.sha256(content.encode()).hexdigest()[:16]
     return xr.Dataset(coords=columns).coords, {
         "scenes": digest,
         "settings": settings,
         "units": units,
     }
+
+
+def _common_units(scenes: list[Scene]) -> dict[str, str]:
+    """Units by quantity, as far as all scenes have them in common."""
+    systems = {scene.units for scene in scenes}
+    system = systems.pop()
+    if systems or system is None:
+        return {}
+    motions = {type(scene.motion) for scene in scenes}
+    shift = motions == {Shift}
+    quantities = ["force", "length", "moment", "pressure", "area", "spin", "1"]
+    if shift or motions == {Steady}:
+        quantities += ["creepage", "spin creepage", "work"]
+    line = any(scene.line for scene in scenes)
+    return {each: system.of(each, line, shift) for each in quantities}
