@@ -33,7 +33,7 @@ LEAST_FREEDOM = 4
 
 @dataclass(frozen=True)
 class Limit:
-    """What values on a sequence of grids tend to.
+    """Limit of values on a sequence of grids.
 
     Attributes
     ----------
@@ -106,35 +106,18 @@ def extrapolate(
     freedom = h.size - 3 - staircase.shape[1]
     h = sizes[group]
     weights = h ** -_noise_order(sizes, group, values, staircase)
-    limits, variances, left = _fitted(
-        weights, np.column_stack([np.ones_like(h), staircase]), h, values
-    )
+    columns = np.column_stack([np.ones_like(h), staircase])
+    limits, variances, left = _fitted(weights, columns, h, values)
     squares = np.sum(left**2, axis=0)
     best = int(np.argmin(squares))
     if freedom < 1:
         reason = "no error: no more values than unknowns; use more grids or offsets"
         return Limit(float(limits[best]), np.inf, float(ORDERS[best]), reason=reason)
     if np.abs(left[:, best] / weights).max() <= 1e-12 * max(float(np.abs(values).max()), scale):
-        value, order, rounding = (
-            float(limits[best]),
-            float(ORDERS[best]),
-            1e-12 * float(np.abs(values).max()),
-        )
-        explained = (
-            staircase @ np.linalg.lstsq(staircase, values - value)[0]
-            if staircase.shape[1]
-            else np.inf
-        )
-        if np.abs(values - value - explained).max() <= rounding:
-            return Limit(value, rounding, reason=SAME_BUT_STAIRCASE)
-        return Limit(value, rounding, order, order, order)
-    # of the means of each h: noise alone gives its own size
-    count, lack_of_fit = np.bincount(group), 0.0
-    if count.size > 3:
-        lack_of_fit = float(
-            np.sum(np.bincount(group, left[:, best]) ** 2 / count) / (count.size - 3)
-        )
+        return _without_noise(float(limits[best]), float(ORDERS[best]), values, staircase)
+    lack_of_fit = _lack_of_fit(group, left[:, best])
     square = max(squares[best] / freedom, lack_of_fit, np.finfo(float).tiny)
+    # weights of the orders
     excess = (squares - squares[best]) / square
     likelihood = PRIOR * (1 + excess / freedom) ** (-(freedom + 1) / 2)
     likelihood /= likelihood.sum()
@@ -142,15 +125,32 @@ def extrapolate(
     variance = float(likelihood @ (variances * square + (limits - value) ** 2))
     factor = float(stdtrit(freedom, (1 + CONFIDENCE) / 2))
     possible = ORDERS[excess <= factor**2]
-    reason = HIDDEN if possible.size == ORDERS.size else ""
     return Limit(
-        value,
-        factor * variance**0.5,
-        float(ORDERS[best]),
-        float(possible.min()),
-        float(possible.max()),
-        reason,
+        value=value,
+        error=factor * variance**0.5,
+        order=float(ORDERS[best]),
+        order_low=float(possible.min()),
+        order_high=float(possible.max()),
+        reason=HIDDEN if possible.size == ORDERS.size else "",
     )
+
+
+def _without_noise(value: float, order: float, values: np.ndarray, staircase: np.ndarray) -> Limit:
+    """The limit of values that one order, or the staircase edge alone, explains to rounding."""
+    rounding = 1e-12 * float(np.abs(values).max())
+    if staircase.shape[1]:
+        explained = staircase @ np.linalg.lstsq(staircase, values - value)[0]
+        if np.abs(values - value - explained).max() <= rounding:
+            return Limit(value, rounding, reason=SAME_BUT_STAIRCASE)
+    return Limit(value, rounding, order, order, order)
+
+
+def _lack_of_fit(group: np.ndarray, left: np.ndarray) -> float:
+    """Mean square of the remainders' means of each h: noise alone gives its own size."""
+    count = np.bincount(group)
+    if count.size <= 3:
+        return 0.0
+    return float(np.sum(np.bincount(group, left) ** 2 / count) / (count.size - 3))
 
 
 def extrapolate_series(h: np.ndarray, values: np.ndarray) -> tuple[float, float]:
@@ -181,7 +181,8 @@ def extrapolate_series(h: np.ndarray, values: np.ndarray) -> tuple[float, float]
     Examples
     --------
     >>> h = 1 / np.array([16, 24, 32, 40, 48, 56, 64, 80, 96, 128])
-    >>> value, error = extrapolate_series(h, 2 - 0.3 * h + 0.5 * h**2 + 0.01 * h**1.5 * np.cos(9 / h))
+    >>> noise = 0.01 * h**1.5 * np.cos(9 / h)
+    >>> value, error = extrapolate_series(h, 2 - 0.3 * h + 0.5 * h**2 + noise)
     >>> bool(abs(value - 2) < error < 1e-3)
     True
     """
@@ -189,22 +190,23 @@ def extrapolate_series(h: np.ndarray, values: np.ndarray) -> tuple[float, float]
 
     if np.ptp(values) <= 1e-12 * np.abs(values).max():
         return float(values.mean()), float(np.ptp(values))
-    h, count = h / h.max(), h.size
-    weights, fits = h**-USUAL_NOISE, []
+    h = h / h.max()
+    count = h.size
+    weights = h**-USUAL_NOISE
+    # the limit by each choice of terms
+    fits = []
     for terms in TERMS:
-        if count - len(terms) >= 3:
-            columns = (
-                np.column_stack([np.ones_like(h), *(h**power for power in terms)])
-                * weights[:, None]
-            )
-            found, *_ = np.linalg.lstsq(columns, values * weights, rcond=None)
-            square, size = (
-                float(np.sum((columns @ found - values * weights) ** 2)),
-                columns.shape[1],
-            )
-            variance = square / (count - size) * np.linalg.inv(columns.T @ columns)[0, 0]
-            fits.append((found[0], variance**0.5, square, size))
+        if count - len(terms) < 3:
+            continue
+        columns = np.column_stack([np.ones_like(h), *(h**power for power in terms)])
+        columns = columns * weights[:, None]
+        solution, *_ = np.linalg.lstsq(columns, values * weights, rcond=None)
+        square = float(np.sum((columns @ solution - values * weights) ** 2))
+        size = columns.shape[1]
+        variance = square / (count - size) * np.linalg.inv(columns.T @ columns)[0, 0]
+        fits.append((solution[0], variance**0.5, square, size))
     limits, errors, squares, unknowns = np.array(fits).T
+    # their mean by Schwarz's criterion
     criterion = count * np.log(np.maximum(squares, np.finfo(float).tiny)) + unknowns * np.log(count)
     likelihood = np.exp(-(criterion - criterion.min()) / 2)
     likelihood /= likelihood.sum()
@@ -222,15 +224,14 @@ def _noise_order(
     count = np.bincount(group)
     means = np.array([np.bincount(group, column) / count for column in columns.T]).T
     columns = (columns - means[group]) / sizes[group, None] ** USUAL_NOISE
-    left = (
-        columns[:, 0]
-        - columns[:, 1:] @ np.linalg.lstsq(columns[:, 1:], columns[:, 0], rcond=None)[0]
-    )
+    edge = columns[:, 1:]
+    left = columns[:, 0] - edge @ np.linalg.lstsq(edge, columns[:, 0], rcond=None)[0]
     spreads = np.sqrt(np.bincount(group, left**2) / count) * sizes**USUAL_NOISE
-    seen = spreads > 1e-13 * np.abs(values).max()
-    if seen.sum() < 3:
+    noisy = spreads > 1e-13 * np.abs(values).max()
+    if noisy.sum() < 3:
         return USUAL_NOISE
-    return float(np.clip(np.polyfit(np.log(sizes[seen]), np.log(spreads[seen]), 1)[0], 1.0, 3.0))
+    slope = np.polyfit(np.log(sizes[noisy]), np.log(spreads[noisy]), 1)[0]
+    return float(np.clip(slope, 1.0, 3.0))
 
 
 def _fitted(
@@ -242,7 +243,8 @@ def _fitted(
     What h^p has that the columns (the first is one, for the limit) have not gives its coefficient;
     they take the rest.
     """
-    common, target = weights[:, None] * columns, weights * values
+    common = weights[:, None] * columns
+    target = weights * values
     inverse = np.linalg.pinv(common)  # columns may be zero, as by symmetry
     powers = weights[:, None] * h[:, None] ** ORDERS
     own = powers - common @ (inverse @ powers)

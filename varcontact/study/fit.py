@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 REFUSED = 10.0
-"""Residual, by the largest force, of parameters that a scene refuses: no step ends there."""
+"""Residual, relative to the largest force, of parameters that a scene refuses: no step ends
+there."""
 DIFFERENCE = 1e-3
 """Relative step of the derivatives by the parameters: forces are smooth to 1e-8, with kinks where
 areas change."""
 BESIDE = 0.01
 """Distance from a bound, by the range, within which a parameter may stand on it: the search stays
 inside."""
-SEEN = 1e-8
-"""Least effect of a combination of parameters on the forces, by that of the one with the
-greatest."""
+EFFECT_MIN = 1e-8
+"""Least effect of a combination of parameters on the forces, relative to the greatest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,10 @@ class CreepCurveFit(Reported):
     def _line(self, name: str, value: float, error: float) -> str:
         if name in self.on_bounds:
             return f"{name} = {value:.4g} (on a bound of its range)"
-        return f"{name} = {with_bar(value, error)}{' (not determined by these forces)' if error == np.inf else ''}"
+        line = f"{name} = {with_bar(value, error)}"
+        if error == np.inf:
+            line += " (not determined by these forces)"
+        return line
 
 
 @checks.named_options()
@@ -140,128 +143,165 @@ def fit_creep_curve(
     >>> import numpy as np
     >>> import varcontact as vc
     >>> bare = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=80e3,
-    ...     friction=0.3, motion=vc.Steady(), grid=vc.Grid(nx=8, ny=8))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=80e3, friction=0.3, motion=vc.Steady(), grid=vc.Grid(nx=8, ny=8))
     >>> vx = np.linspace(5e-4, 8e-3, 8)
-    >>> exact = vc.creep_curve(replace(bare, third_body=vc.ThirdBody(h=1e-4, G=1e9)), ["auto"], vx=vx)
+    >>> layered = replace(bare, third_body=vc.ThirdBody(h=1e-4, G=1e9))
+    >>> exact = vc.creep_curve(layered, ["auto"], vx=vx)
     >>> guesses = {"k_A": (0.9, 0.1, 1.0), "k_S": (0.4, 0.1, 1.0)}
     >>> fit = vc.fit_creep_curve(bare, guesses, vx=vx, Fx=exact.Fx[0], method="polach")
-    >>> print({name: round(value, 2) for name, value in fit.values.items()}, f"{fit.rms / exact.limit:.3f}")
-    {'k_A': 0.4, 'k_S': 0.4} 0.022
+    >>> print({name: round(value, 2) for name, value in fit.values.items()})
+    {'k_A': 0.4, 'k_S': 0.4}
+    >>> print(f"{fit.rms / exact.limit:.3f}")
+    0.022
     """
-    if not isinstance(parameters, Mapping) or not parameters:
-        raise SceneError(
-            "parameters",
-            parameters,
-            "a dict of (first guess, least, largest) by name, at least one",
-        )
-    ranges = []
-    for name, each in parameters.items():
-        own = checks.numbers(f"parameters[{name!r}]", each).ravel()
-        if own.size != 3 or not own[1] <= own[0] <= own[2] or own[1] == own[2]:
-            raise SceneError(
-                f"parameters[{name!r}]", each, "(first guess, least, largest), in this range"
-            )
-        ranges.append(own)
-    first, low, high = np.array(ranges).T
-    names, known = list(parameters), OPTIONS.get(method, ())
-    creepages = {"vx": vx, "vy": vy, "spin": spin}
-    given: dict[str, Any] = {
-        name: checks.numbers(name, each).ravel()
-        for name, each in creepages.items()
-        if each is not None
-    }
+    names, ranges = _ranges(parameters)
+    first, low, high = ranges.T
+    curve_of = _Curve.posed(scene, names, method, {"vx": vx, "vy": vy, "spin": spin})
     forces = {
         name: np.asarray(each, float).ravel()
         for name, each in {"Fx": Fx, "Fy": Fy}.items()
         if each is not None
     }
-    count = max((each.size for each in given.values()), default=0)
-    if not forces or any(each.size != count for each in forces.values()):
-        raise SceneError(
-            "Fx, Fy",
-            {name: each.size for name, each in forces.items()},
-            f"{count} forces, as creepages",
-        )
-    measured = np.concatenate(list(forces.values()))
-    used = np.isfinite(measured)
-    if used.sum() <= len(names):
-        raise SceneError(
-            "Fx, Fy", int(used.sum()), f"more than {len(names)} forces, one for each parameter"
-        )
+    measured, used = _measured(forces, curve_of.points, len(names))
     if sigma is not None:
         sigma = checks.positive("sigma", sigma)
-    report, evaluations = checks.progress(progress), 0
-
-    def curve_of(values: np.ndarray) -> tuple[Scene, dict[str, float], xr.Dataset]:
-        options = {
-            name: float(value) for name, value in zip(names, values, strict=True) if name in known
-        }
-        entries = {
-            name: float(value)
-            for name, value in zip(names, values, strict=True)
-            if name not in known
-        }
-        now = changed(scene, entries)
-        return now, options, creep_curve(now, {method: options} if options else [method], **given)
+    report = checks.progress(progress)
+    scale = float(np.abs(measured[used]).max()) or 1.0
+    evaluations = 0
 
     def residuals(values: np.ndarray) -> np.ndarray:
         nonlocal evaluations
         evaluations += 1
         report(f"curve {evaluations}")
         try:
-            curve = curve_of(values)[2]
+            _, _, curve = curve_of(values)
         except SceneError:  # entries that exclude each other, each in its range
             if evaluations == 1:
                 raise
             return np.full(int(used.sum()), REFUSED)
-        found = np.concatenate([curve[name].to_numpy()[0] for name in forces])
-        return (found - measured)[used] / scale
+        computed = np.concatenate([curve[name].to_numpy()[0] for name in forces])
+        return (computed - measured)[used] / scale
 
     from scipy.optimize import least_squares
 
-    scale = float(np.abs(measured[used]).max()) or 1.0
+    # the minimum
     size = np.maximum(np.abs(first), 1e-3 * (high - low))
-    found = least_squares(residuals, first, bounds=(low, high), x_scale=size, diff_step=DIFFERENCE)
-    rms = scale * float(np.sqrt(np.mean(found.fun**2)))
-    held = _on_bounds(found, size, low, high)
-    free = np.flatnonzero(~held)
-    spread = scale * np.sqrt(2 * found.cost / (used.sum() - free.size)) if sigma is None else sigma
-    errors, correlation = np.full(len(names), np.nan), np.full((len(names), len(names)), np.nan)
+    fit = least_squares(residuals, first, bounds=(low, high), x_scale=size, diff_step=DIFFERENCE)
+    # errors and correlation of the parameters that are not on a bound
+    on_bound = _on_bounds(fit, size, low, high)
+    free = np.flatnonzero(~on_bound)
+    if sigma is None:
+        sigma = scale * np.sqrt(2 * fit.cost / (used.sum() - free.size))
+    errors = np.full(len(names), np.nan)
+    correlation = np.full((len(names), len(names)), np.nan)
     if free.size:
         errors[free], correlation[np.ix_(free, free)] = _spread(
-            found.jac[:, free], size[free], spread / scale
+            fit.jac[:, free], size[free], sigma / scale
         )
-    fitted, options, curve = curve_of(found.x)
+    errors = np.where(errors >= high - low, np.inf, errors)
+    fitted, options, curve = curve_of(fit.x)
     return CreepCurveFit(
-        values=dict(zip(names, found.x.tolist(), strict=True)),
-        errors=dict(
-            zip(names, np.where(errors >= high - low, np.inf, errors).tolist(), strict=True)
-        ),
-        on_bounds=tuple(name for name, on_bound in zip(names, held, strict=True) if on_bound),
+        values=dict(zip(names, fit.x.tolist(), strict=True)),
+        errors=dict(zip(names, errors.tolist(), strict=True)),
+        on_bounds=tuple(np.array(names)[on_bound].tolist()),
         correlation=correlation,
-        rms=rms,
+        rms=scale * float(np.sqrt(np.mean(fit.fun**2))),
         scene=fitted,
         options=options,
         curve=curve,
     )
 
 
-def _on_bounds(found: Any, size: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def _ranges(parameters: Any) -> tuple[list[str], np.ndarray]:
+    """Names of the parameters, and their first, least and largest values (k, 3)."""
+    if not isinstance(parameters, Mapping) or not parameters:
+        allowed = "a dict of (first guess, least, largest) by name, at least one"
+        raise SceneError("parameters", parameters, allowed)
+    ranges = []
+    for name, each in parameters.items():
+        values = checks.numbers(f"parameters[{name!r}]", each).ravel()
+        if values.size != 3 or not values[1] <= values[0] <= values[2] or values[1] == values[2]:
+            allowed = "(first guess, least, largest), in this range"
+            raise SceneError(f"parameters[{name!r}]", each, allowed)
+        ranges.append(values)
+    return list(parameters), np.array(ranges)
+
+
+def _measured(
+    forces: Mapping[str, np.ndarray], points: int, parameters: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces at the points, one after the other, and True for those that are measured; more than
+    there are parameters.
+    """
+    if not forces or any(each.size != points for each in forces.values()):
+        sizes = {name: each.size for name, each in forces.items()}
+        raise SceneError("Fx, Fy", sizes, f"{points} forces, as creepages")
+    measured = np.concatenate(list(forces.values()))
+    used = np.isfinite(measured)
+    if used.sum() <= parameters:
+        allowed = f"more than {parameters} forces, one for each parameter"
+        raise SceneError("Fx, Fy", int(used.sum()), allowed)
+    return measured, used
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """The creep curve of a scene by the values of its parameters: entries of it, or options of the
+    theory.
+    """
+
+    scene: Scene
+    names: list[str]
+    method: str
+    creepages: dict[str, Any]
+
+    @classmethod
+    def posed(
+        cls, scene: Scene, names: list[str], method: str, creepages: Mapping[str, Any]
+    ) -> _Curve:
+        checked = {
+            name: checks.numbers(name, each).ravel()
+            for name, each in creepages.items()
+            if each is not None
+        }
+        return cls(scene, names, method, checked)
+
+    @property
+    def points(self) -> int:
+        return max((each.size for each in self.creepages.values()), default=0)
+
+    def __call__(self, values: np.ndarray) -> tuple[Scene, dict[str, float], xr.Dataset]:
+        """The scene, the options and the curve of some values."""
+        theory_options = OPTIONS.get(self.method, ())
+        options: dict[str, float] = {}
+        entries: dict[str, float] = {}
+        for name, value in zip(self.names, values, strict=True):
+            if name in theory_options:
+                options[name] = float(value)
+            else:
+                entries[name] = float(value)
+        scene = changed(self.scene, entries)
+        methods: Any = {self.method: options} if options else [self.method]
+        return scene, options, creep_curve(scene, methods, **self.creepages)
+
+
+def _on_bounds(fit: Any, size: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """True for parameters on a bound: as the search has it, or beside one, beyond which the next
     step would lead.
     """
-    step = np.linalg.lstsq(found.jac * size, -found.fun, rcond=SEEN)[0] * size
-    beside = np.minimum(found.x - low, high - found.x) <= BESIDE * (high - low)
-    beyond = (found.x + step < low) | (found.x + step > high)
-    return np.asarray((found.active_mask != 0) | (beside & beyond))
+    step = np.linalg.lstsq(fit.jac * size, -fit.fun, rcond=EFFECT_MIN)[0] * size
+    beside = np.minimum(fit.x - low, high - fit.x) <= BESIDE * (high - low)
+    beyond = (fit.x + step < low) | (fit.x + step > high)
+    return np.asarray((fit.active_mask != 0) | (beside & beyond))
 
 
 def _spread(jacobian: np.ndarray, size: np.ndarray, spread: float) -> tuple[np.ndarray, np.ndarray]:
     """Standard errors and correlation of parameters, from derivatives of residuals that have a
     standard error.
     """
-    _, seen, ways = np.linalg.svd(jacobian * size, full_matrices=False)
-    spreads = ways.T * size[:, None] / np.maximum(seen, SEEN * seen[0]) * spread
+    _, effects, combinations = np.linalg.svd(jacobian * size, full_matrices=False)
+    least = EFFECT_MIN * effects[0]
+    spreads = combinations.T * size[:, None] / np.maximum(effects, least) * spread
     errors = np.linalg.norm(spreads, axis=1)
     return errors, spreads @ spreads.T / np.outer(errors, errors)

@@ -147,32 +147,23 @@ def solve_many(
         accuracy = checks.positive("accuracy", accuracy)
     bounded = checks.choice("certify", certify, ("gap", "full")) == "full"
     steps = _steps(many[0])
-    if fields:
-        _check_lattices(many, "fields", True)
-    elif start is not None:
-        _check_lattices(many, "start", start)
+    _check_lattices(many, fields, start)
     failed = _Failures(kept=failures == "keep")
-    for i, scene in enumerate(many):
-        with failed.of_scene(i):
-            _check_scene(scene, accuracy)
-    accepted = [i for i in range(len(many)) if i not in failed.messages]
+    accepted = failed.accepted(many, accuracy)
     report(f"{len(accepted)} scenes in batches")
-    near = None
-    if start is not None:
-        near = _near(start, many)
+    near = None if start is None else _near(start, many)
     table = _Table.empty(len(many), steps, fields or bounded, bounded)
-    # in batches, those that fit
+    # those that fit, in batches
     if steps:
         batched = [] if bounded else accepted
-        answers, solved = march_batches(many, tol, batched)
+        table.put_batched(*march_batches(many, tol, batched))
     else:
         # bounds are of tractions alone, whose creepages have to be prescribed
         batched = [i for i in accepted if not (bounded and _has_forces(many[i]))]
-        answers, solved = solve_batches(many, tol, accuracy, table.fields, near, batched)
-    table.put_batched(answers, solved)
+        table.put_batched(*solve_batches(many, tol, accuracy, table.fields, near, batched))
     if bounded:
         table.put_bounds(many)
-    # one by one, the others
+    # the others, one by one
     for i in accepted:
         if table.ok[i]:
             continue
@@ -181,8 +172,8 @@ def solve_many(
             options: Any = {"accuracy": _accuracy(many[i], accuracy), "certify": certify}
             table.put(i, solve(many[i], tol=tol, **options))
     columns = table.columns(steps, failed.messages)
-    if fields and table.fields is not None:
-        columns |= _field_arrays(table.fields, len(many))
+    if fields:
+        columns |= _field_arrays(table.fields or {}, len(many))
     return xr.Dataset(columns)
 
 
@@ -204,6 +195,13 @@ class _Failures:
             error.args = (message,)
             if not self.kept:
                 raise
+
+    def accepted(self, scenes: list[Scene], accuracy: float | None) -> list[int]:
+        """Numbers of the scenes that can be solved, before any work."""
+        for i, scene in enumerate(scenes):
+            with self.of_scene(i):
+                _check_scene(scene, accuracy)
+        return [i for i in range(len(scenes)) if i not in self.messages]
 
 
 @dataclass(frozen=True)
@@ -292,8 +290,11 @@ def _checked(scenes: Iterable[Scene]) -> list[Scene]:
     return many
 
 
-def _check_lattices(scenes: list[Scene], name: str, value: Any) -> None:
-    """Refuse an argument that is for scenes of one problem, with grids of their own."""
+def _check_lattices(scenes: list[Scene], fields: bool, start: Any) -> None:
+    """Refuse fields, or a start, of histories and of scenes without grids of their own."""
+    if not fields and start is None:
+        return
+    name, value = ("fields", True) if fields else ("start", start)
     if _steps(scenes[0]):
         raise SceneError(name, value, "left out: scenes are histories")
     if any(scene.grid == "auto" for scene in scenes):

@@ -106,7 +106,8 @@ def continuum_values(path: str | Path | None = None) -> dict[str, ContinuumValue
     return dict(read(text_of("path", name, kind="a file of references"), str(name)))
 
 
-Reference, references = ContinuumValues, continuum_values
+Reference = ContinuumValues
+references = continuum_values
 """The names of earlier versions."""
 
 
@@ -115,25 +116,35 @@ def read(text: str, name: str) -> dict[str, ContinuumValues]:
     """References from the text of the file `name`."""
     try:
         content = json.loads(text)
-        version, entries = content["version"], content["references"]
+        version = content["version"]
+        entries = content["references"]
     except (ValueError, KeyError, TypeError):
         raise _refused(name, "is no file of references") from None
     if version != VERSION:
         raise _refused(name, f"is of version {version}, and version {VERSION} is read")
-    scenes, found = reference_scenes(), {}
+    scenes = reference_scenes()
     other = set(entries) ^ set(scenes)
     if other:
         raise _refused(
             name, f"was made for other scenes than this version has, {min(other)!r} for one"
         )
+    bank = {}
     for each, entry in entries.items():
         kind, scene = scenes[each]
-        values, bars, units, how = (entry[part] for part in ("values", "bars", "units", "how"))
-        found[each] = ContinuumValues(scene, values, bars, units, kind, how, steps_of(scene))
-    return found
+        bank[each] = ContinuumValues(
+            scene=scene,
+            values=entry["values"],
+            bars=entry["bars"],
+            units=entry["units"],
+            kind=kind,
+            how=entry["how"],
+            steps=steps_of(scene),
+        )
+    return bank
 
 
 def steps_of(scene: Scene) -> tuple[int, ...]:
+    """The steps of a history that count."""
     return STEPS if isinstance(scene.motion, Transient) else ()
 
 

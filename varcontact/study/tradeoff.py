@@ -30,7 +30,7 @@ from varcontact.solving.selection import select
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
 from varcontact.study.methods import failure, neighbour
-from varcontact.study.parallel import traced
+from varcontact.study.parallel import Execution, traced
 from varcontact.study.references import ContinuumValues, continuum_values
 from varcontact.theories.on_grid import THEORIES
 
@@ -134,9 +134,9 @@ def tradeoff(
     Examples
     --------
     >>> import varcontact as vc
-    >>> bank = {name: each for name, each in vc.continuum_values().items() if name == "line, creepage 0.3"}
-    >>> found = vc.tradeoff(bank, ["auto"], cells=[8, 16])
-    >>> bool((found.runs["error"] < [0.06, 0.03]).all())
+    >>> name = "line, creepage 0.3"
+    >>> study = vc.tradeoff({name: vc.continuum_values()[name]}, ["auto"], cells=[8, 16])
+    >>> bool((study.runs["error"] < [0.06, 0.03]).all())
     True
     """
     if not isinstance(scenes, Mapping | None):
@@ -149,18 +149,18 @@ def tradeoff(
             raise SceneError(f"scenes[{name!r}]", each, "one of those that continuum_values() has")
     numbers = checks.wholes("cells", cells, least=2)
     ways = default_ways() if methods is None else _ways(methods, numbers)
-    progress = checks.progress(progress)
+    execution = Execution(executor, workers, checks.progress(progress))
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier tradeoff") as table:
-        known = {(row["scene"], row["way"], row["identity"]) for row in table.rows}
-        met: Counter[str] = Counter()
+        measured = {(row["scene"], row["way"], row["identity"]) for row in table.rows}
+        of_kind: Counter[str] = Counter()
         tasks: dict[str, tuple[Any, ...]] = {}
         for name, reference in bank.items():
             key = identity(reference.scene, TOLERANCE)
-            met[reference.kind] += 1
-            lacking = [way for way in ways if (name, str(way), key) not in known]
-            tasks[name] = name, reference, lacking, met[reference.kind], key
-        made = partial(Tradeoff.of, scenes=bank, ways=ways)
-        return table.fill(_measured, tasks, executor, workers, progress, made, len(bank))
+            of_kind[reference.kind] += 1
+            missing = [way for way in ways if (name, str(way), key) not in measured]
+            tasks[name] = (name, reference, missing, of_kind[reference.kind], key)
+        study = partial(Tradeoff.of, scenes=bank, ways=ways)
+        return table.fill(_measured, tasks, execution, study, len(bank))
 
 
 def _measured(
@@ -182,52 +182,57 @@ def _measured(
 def _ways(methods: Iterable[str | Way], numbers: list[int]) -> list[Way]:
     if isinstance(methods, str) or not isinstance(methods, Iterable):
         raise SceneError("methods", methods, "a list of names or ways")
-    found: list[Way] = []
+    ways: list[Way] = []
     for each in methods:
         if isinstance(each, Way):
-            found.append(each)
-            continue
-        name = checks.choice(
-            "methods", each, ("auto", "accuracy", *tangential_methods(), *THEORIES)
-        )
-        options = () if name == "auto" else (("tangential", name),)
-        accuracies = [Way(accuracy=target) for target in TARGETS]
-        found += (
-            accuracies if name == "accuracy" else [Way(cells=n, options=options) for n in numbers]
-        )
-    if not found:
+            ways.append(each)
+        else:
+            ways += _ways_named(each, numbers)
+    if not ways:
         raise SceneError("methods", [], "at least one name")
-    by_name = {str(way): way for way in found}
-    for way in found:
+    by_name = {str(way): way for way in ways}
+    for way in ways:
         if by_name[str(way)] != way:
             allowed = "one way of this name: what tells two of them apart is not in their names"
             raise SceneError("methods", str(way), allowed)
     return list(by_name.values())
 
 
+def _ways_named(name: str, numbers: list[int]) -> list[Way]:
+    """The ways of a method with all numbers of elements; or all accuracies."""
+    checks.choice("methods", name, ("auto", "accuracy", *tangential_methods(), *THEORIES))
+    if name == "accuracy":
+        return [Way(accuracy=target) for target in TARGETS]
+    if name == "auto":
+        return [Way(cells=n) for n in numbers]
+    return [Way(cells=n, options=(("tangential", name),)) for n in numbers]
+
+
 def _costs(reference: ContinuumValues, way: Way, number: int) -> dict[str, Any]:
     """The error and the costs of a way on a scene, which is that `number` of its class."""
     work = partial(answer, reference.scene, way, steps=reference.steps or None)
     try:
-        wall, processor = time.perf_counter(), time.process_time()
-        found = work()
-        wall, processor = time.perf_counter() - wall, time.process_time() - processor
+        started = time.perf_counter()
+        started_processor = time.process_time()
+        result = work()
+        wall = time.perf_counter() - started
+        processor = time.process_time() - started_processor
         repeat = _repeat_seconds(reference.scene, way) if number <= REPEATED else np.nan
         memory = traced(work)[1] if number == 1 else np.nan
     except VarcontactError as error:
         return {"outcome": failure(error), "reason": str(error)}
-    missing = [name for name in reference.units if np.isnan(found.values.get(name, np.nan))]
+    missing = [name for name in reference.units if np.isnan(result.values.get(name, np.nan))]
     if missing:
-        return {
-            "outcome": "refused",
-            "reason": f"no {' or '.join(missing)}, which the error counts",
-        }
-    finest = found.solutions[-1]
-    certificate = (finest[-1] if isinstance(finest, History) else finest).certificate
+        reason = f"no {' or '.join(missing)}, which the error counts"
+        return {"outcome": "refused", "reason": reason}
+    finest = result.solutions[-1]
+    if isinstance(finest, History):
+        finest = finest[-1]
+    certificate = finest.certificate
     return {
         "outcome": "answered",
         "reason": "",
-        "error": reference.error(found.values),
+        "error": reference.error(result.values),
         "bar": reference.bar,
         "seconds": wall,
         "processor_seconds": processor,
@@ -251,7 +256,8 @@ def _repeat_seconds(scene: Scene, way: Way) -> float:
     ):
         return np.nan
     seconds = 0.0
-    for n in [way.coarser, way.cells] if way.coarser else [way.cells]:
+    grids = [way.coarser, way.cells] if way.coarser else [way.cells]
+    for n in grids:
         on_grid = way.of(scene, n)
         plan = select(on_grid, tangential=options.get("tangential", "auto"))
         motions = [on_grid.motion, neighbour(on_grid.motion)]
@@ -290,7 +296,8 @@ class Tradeoff(Reported):
         """From the rows of a table, of which only those of these scenes and ways are taken."""
         import pandas as pd
 
-        names, kept = set(scenes), {str(way): way for way in ways}
+        names = set(scenes)
+        kept = {str(way): way for way in ways}
         chosen = [row for row in rows if row["scene"] in names and row["way"] in kept]
         runs = pd.DataFrame(chosen, columns=list(COLUMNS)).astype(dict.fromkeys(MEDIANS, float))
         by_way = runs.groupby(["kind", "way"], sort=False)
@@ -340,7 +347,8 @@ class Tradeoff(Reported):
         import pandas as pd
 
         wanted = np.atleast_1d(checks.positives("targets", targets)).tolist()
-        fast, rows = _serving(self.classes).sort_values("processor_seconds"), []
+        fast = _serving(self.classes).sort_values("processor_seconds")
+        rows = []
         for kind, target in product(self.classes["kind"].unique(), wanted):
             good = (
                 (fast["kind"] == kind)
