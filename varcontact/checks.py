@@ -17,7 +17,8 @@ import numpy as np
 
 from varcontact.errors import SceneError, shortened
 
-SMALL, LARGE = 1e-100, 1e100
+SMALL = 1e-100
+LARGE = 1e100
 """Lengths, moduli and forces between these keep their products within the range of floating
 point."""
 
@@ -68,15 +69,19 @@ def positive(field: str, value: Any) -> float:
         return value
     allowed = "a positive, finite number"
     result = number(field, value, allowed)
+    if result <= 0:
+        raise SceneError(field, value, allowed)
     if result < SMALL:
-        raise SceneError(field, value, allowed if result <= 0 else f"at least {SMALL:g}")
+        raise SceneError(field, value, f"at least {SMALL:g}")
     return result
 
 
 def positive_or_infinite(field: str, value: Any) -> float:
     """A number above zero, which may be infinite."""
     result = real(field, value, "a positive number, or inf")
-    return result if result == math.inf else positive(field, result)
+    if result == math.inf:
+        return result
+    return positive(field, result)
 
 
 def at_least_zero(
@@ -86,7 +91,9 @@ def at_least_zero(
     result = number(field, value, allowed)
     if result < 0:
         raise SceneError(field, value, allowed)
-    return positive(field, result) if result > 0 else result
+    if result == 0:
+        return result
+    return positive(field, result)
 
 
 def poisson_ratio(field: str, value: Any) -> float:
@@ -114,7 +121,7 @@ def wholes(field: str, value: Any, least: int = 1, most: int | None = None) -> l
 
 
 def is_array(value: Any) -> bool:
-    """Whether a value is meant as several numbers."""
+    """True for a value that is meant as several numbers."""
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
@@ -128,7 +135,9 @@ def array(
     allowed = f"a {' or '.join(map(str, ndim))}-dimensional array of finite numbers"
     result = numbers(field, value, allowed)
     if result.ndim not in ndim or result.size == 0 or (shape and result.shape != shape):
-        raise wrong_shape(field, result.shape, meant or (f"of shape {shape}" if shape else allowed))
+        if shape:
+            allowed = f"of shape {shape}"
+        raise wrong_shape(field, result.shape, meant or allowed)
     result.flags.writeable = False
     return result
 
@@ -148,15 +157,16 @@ def numbers(
 ) -> np.ndarray:
     """A copy as floats, of finite real numbers of any shape (also a single one)."""
     try:
-        given = np.asarray(value)
-        if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
+        values = np.asarray(value)
+        if values.dtype.kind not in "iuf" or np.ma.is_masked(value):
             raise TypeError
-        result = given.astype(float)
+        result = values.astype(float)
     except MemoryError:
         raise SceneError(field, value, "small enough for the memory") from None
     except Exception as error:  # an object's own code runs here, and may raise anything
-        rows = ", with rows of equal length" if isinstance(error, ValueError) else ""
-        raise SceneError(field, value, f"{allowed}{rows}") from None
+        if isinstance(error, ValueError):
+            allowed = f"{allowed}, with rows of equal length"
+        raise SceneError(field, value, allowed) from None
     sizes = np.abs(result)
     if not (sizes <= most).all():  # nor where there is NaN
         require_all(field, result, np.isfinite(result), allowed)
@@ -168,7 +178,9 @@ def require_all(field: str, values: np.ndarray, good: np.ndarray, allowed: str) 
     """Refuse the first value that is not good, by its index where there are several."""
     if not good.all():
         where = tuple(int(i) for i in np.argwhere(~good)[0])
-        raise SceneError(f"{field}{list(where)}" if where else field, float(values[where]), allowed)
+        if where:
+            field = f"{field}{list(where)}"
+        raise SceneError(field, float(values[where]), allowed)
 
 
 def poisson(value: Any, field: str = "nu") -> np.ndarray:
@@ -242,7 +254,9 @@ def progress(value: Any) -> Callable[[Any], None]:
 
 def file_name(field: str, value: Any) -> Path:
     """The name of a file, as a path."""
-    name = os.fspath(value) if isinstance(value, os.PathLike) else value
+    name = value
+    if isinstance(value, os.PathLike):
+        name = os.fspath(value)
     if not isinstance(name, str) or not name:
         raise SceneError(field, value, "the name of a file")
     return Path(name)
@@ -260,10 +274,9 @@ def exactly_one(**arguments: Any) -> None:
     """Refuse arguments, by name, of which not exactly one is given."""
     given = [name for name, value in arguments.items() if value is not None]
     if len(given) != 1:
-        which = (
-            f"{' and '.join(given)} are both" if given else f"neither {' nor '.join(arguments)} is"
-        )
-        message = f"{which} given: give one of them"
+        message = f"neither {' nor '.join(arguments)} is given: give one of them"
+        if given:
+            message = f"{' and '.join(given)} are both given: give one of them"
         raise SceneError(
             ", ".join(arguments), tuple(arguments.values()), "exactly one of them", message=message
         )
@@ -279,12 +292,14 @@ def choice(field: str, value: Any, options: Iterable[str]) -> str:
 
 def nearest(value: Any, names: Iterable[str]) -> str:
     """`` (did you mean ...?)``, or nothing where no name is near."""
-    known = list(names)
     if not isinstance(value, str):
         return ""
-    other_case = [name for name in known if name.lower() == value.lower()]
-    close = other_case or difflib.get_close_matches(value, known, n=1, cutoff=0.5)
-    return f" (did you mean {close[0]}?)" if close else ""
+    names = list(names)
+    other_case = [name for name in names if name.lower() == value.lower()]
+    close = other_case or difflib.get_close_matches(value, names, n=1, cutoff=0.5)
+    if not close:
+        return ""
+    return f" (did you mean {close[0]}?)"
 
 
 def options_of(function: Callable[..., Any], **given: Any) -> tuple[str, ...]:
@@ -311,22 +326,24 @@ def named_options(handed_on: HandedOn = _nothing) -> Callable[[Callable[P, R]], 
         @functools.wraps(function)
         def checked(*args: P.args, **options: P.kwargs) -> R:
             if not own.issuperset(options):
-                names = [
-                    name for name in options_of(checked, **options) if name not in ("self", "cls")
-                ]
-                for name in options:
-                    if name not in names:
-                        instead = (
-                            nearest(name, names) or f"; it has {', '.join(dict.fromkeys(names))}"
-                        )
-                        message = f"{function.__qualname__} has no option {name}{instead}"
-                        raise SceneError(name, options[name], message=message)
+                names = options_of(checked, **options)
+                _refuse_others(function.__qualname__, names, options)
             return function(*args, **options)
 
         checked.handed_on = handed_on  # type: ignore[attr-defined]
         return checked
 
     return checking
+
+
+def _refuse_others(function: str, names: Iterable[str], options: Mapping[str, Any]) -> None:
+    """Refuse the first option that a function has not among its names."""
+    names = [name for name in names if name not in ("self", "cls")]
+    for name, value in options.items():
+        if name not in names:
+            instead = nearest(name, names) or f"; it has {', '.join(dict.fromkeys(names))}"
+            message = f"{function} has no option {name}{instead}"
+            raise SceneError(name, value, message=message)
 
 
 def short_entries(value: Any) -> str:
@@ -365,13 +382,11 @@ class Checked:
             raise SceneError(cls.__name__, len(args), message=message)
         for name in kwargs:
             if name not in names:
-                right = (
-                    f": write {cls._words[name]}" if name in cls._words else nearest(name, names)
-                )
-                instead = right or f"; it has {', '.join(names)}"
-                raise SceneError(
-                    f"{cls.__name__}.{name}", name, message=f"{cls.__name__} has no {name}{instead}"
-                )
+                instead = nearest(name, names) or f"; it has {', '.join(names)}"
+                if name in cls._words:
+                    instead = f": write {cls._words[name]}"
+                message = f"{cls.__name__} has no {name}{instead}"
+                raise SceneError(f"{cls.__name__}.{name}", name, message=message)
         return super().__new__(cls)
 
     def __post_init__(self) -> None:

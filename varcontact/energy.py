@@ -105,10 +105,8 @@ def posed(solution: Solution) -> Posed:
     disc = with_subgrid(disc, solution.pressure_on_parts)
     if solution.friction is not None:
         disc = disc.with_loading(friction=solution.friction)
-    pressure, traction = (
-        solution.pressure / disc.scales.pressure,
-        solution.traction / disc.scales.pressure,
-    )
+    pressure = solution.pressure / disc.scales.pressure
+    traction = solution.traction / disc.scales.pressure
     approach = (solution.approach - disc.base) / disc.scales.displacement
     normal, pressed, level = normal_as_solved(disc, pressure, approach, traction)
     unit = disc.scales.force * disc.scales.displacement
@@ -116,5 +114,5 @@ def posed(solution: Solution) -> Posed:
         none = np.zeros((2, 0))
         return Posed(normal, pressed, level, None, none, np.zeros(2), unit)
     tangential = disc.tangential_problem(pressure, acting=traction)
-    found = (np.array(solution.creepage[:2]) - motion.rigid[:2]) * unit_slip(disc)
-    return Posed(normal, pressed, level, tangential, *tangential.of_grid(traction, found), unit)
+    rigid = (np.array(solution.creepage[:2]) - motion.rigid[:2]) * unit_slip(disc)
+    return Posed(normal, pressed, level, tangential, *tangential.of_grid(traction, rigid), unit)

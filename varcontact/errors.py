@@ -1,6 +1,4 @@
-"""What can go wrong. Each kind of error has a class, and each message says what is wrong and what
-to do.
-"""
+"""Errors. Each kind has a class, and each message says what is wrong and what to do."""
 
 from __future__ import annotations
 
@@ -25,7 +23,8 @@ class VarcontactError(Exception):
         """Itself, with the `step` of a history, from 0, in the message, and the `history` that was
         solved before.
         """
-        self.step, self.history = step, history
+        self.step = step
+        self.history = history
         self.args = (f"step {step} of the history: {self.args[0]}",)
         return self
 
@@ -60,19 +59,22 @@ class SceneError(VarcontactError):
     motion is missing: without it there is no creepage
     >>> print(SceneError("grid.ny", 3, "left out in line contact"))
     grid.ny = 3 must be left out in line contact
-    >>> print(SceneError("coupling", "joint", message="coupling: the bodies are alike (K = 0), nothing couples"))
-    coupling: the bodies are alike (K = 0), nothing couples
+    >>> print(SceneError("coupling", "joint", message="coupling: the bodies are alike (K = 0)"))
+    coupling: the bodies are alike (K = 0)
     """
 
     def __init__(self, field: str, value: Any, allowed: str = "", *, message: str = "") -> None:
-        self.field, self.value, self.allowed = field, value, allowed
-        if value is None and allowed.startswith("given"):
-            message = message or f"{field} is missing{allowed.removeprefix('given')}"
+        self.field = field
+        self.value = value
+        self.allowed = allowed
+        if message:
+            super().__init__(message)
+        elif value is None and allowed.startswith("given"):
+            super().__init__(f"{field} is missing{allowed.removeprefix('given')}")
         elif allowed.startswith("left out"):
-            message = message or f"{field} = {shortened(value)} must be {allowed}"
-        super().__init__(
-            message or f"{field} = {shortened(value)} is not allowed: must be {allowed}"
-        )
+            super().__init__(f"{field} = {shortened(value)} must be {allowed}")
+        else:
+            super().__init__(f"{field} = {shortened(value)} is not allowed: must be {allowed}")
 
 
 class PlausibilityWarning(UserWarning):
@@ -109,10 +111,13 @@ class OutputError(VarcontactError, OSError):
     """
 
     def __init__(self, field: str, value: Any, reason: str) -> None:
-        self.field, self.value, self.reason = field, value, reason
-        super().__init__(
-            f"{field} = {shortened(str(value))}: {reason}" if value else f"{field} {reason}"
-        )
+        self.field = field
+        self.value = value
+        self.reason = reason
+        if value:
+            super().__init__(f"{field} = {shortened(str(value))}: {reason}")
+        else:
+            super().__init__(f"{field} {reason}")
 
     def __str__(self) -> str:
         return str(self.args[0])
@@ -132,7 +137,8 @@ class Saturated(VarcontactError):
     """
 
     def __init__(self, force: float, limit: float, law: str = "") -> None:
-        self.force, self.limit = force, limit
+        self.force = force
+        self.limit = limit
         super().__init__(
             f"motion: a tangential force of {force:.10g} cannot be carried, "
             f"friction{law} allows less than {limit:.10g} (the traction bound over the contact)"
@@ -156,7 +162,8 @@ class NotConverged(VarcontactError):
     """
 
     def __init__(self, message: str, residual: float, solution: Any = None) -> None:
-        self.residual, self.solution = residual, solution
+        self.residual = residual
+        self.solution = solution
         super().__init__(f"{message} (last residual {residual:.3g})")
 
 
@@ -172,7 +179,8 @@ class SolverUnavailable(VarcontactError):
     """
 
     def __init__(self, solver: str, install: str) -> None:
-        self.solver, self.install = solver, install
+        self.solver = solver
+        self.install = install
         super().__init__(f"solver {solver!r} is not installed: {install}")
 
 
@@ -190,9 +198,12 @@ class TooLarge(VarcontactError):
     """
 
     def __init__(self, what: str, needed: float, available: float, fits: str) -> None:
-        self.needed, self.available, self.fits = needed, available, fits
+        self.needed = needed
+        self.available = available
+        self.fits = fits
         super().__init__(
-            f"{what} needs about {needed / 2**30:.1f} GiB, {available / 2**30:.1f} GiB are available; {fits}"
+            f"{what} needs about {needed / 2**30:.1f} GiB, "
+            f"{available / 2**30:.1f} GiB are available; {fits}"
         )
 
 
@@ -230,18 +241,15 @@ class Interrupted(KeyboardInterrupt):
 def shortened(value: Any, longest: int = 80) -> str:
     """A value as Python writes it, cut where it has more than `longest` characters."""
     try:
-        text = repr(
-            value.item()
-            if hasattr(value, "dtype") and getattr(value, "shape", None) == ()
-            else value
-        )
-        text = " ".join(text.split())  # arrays come in lines
+        if hasattr(value, "dtype") and getattr(value, "shape", None) == ():
+            value = value.item()
+        text = " ".join(repr(value).split())  # arrays come in lines
     except RecursionError:
         text = f"a {type(value).__name__}, nested deep"
     except Exception:  # an int of thousands of digits, or an object that cannot describe itself
-        text = (
-            "a number of thousands of digits"
-            if isinstance(value, int)
-            else f"a {type(value).__name__}"
-        )
-    return text if len(text) <= longest else text[:60] + " ... " + text[-15:]
+        text = f"a {type(value).__name__}"
+        if isinstance(value, int):
+            text = "a number of thousands of digits"
+    if len(text) <= longest:
+        return text
+    return text[:60] + " ... " + text[-15:]
