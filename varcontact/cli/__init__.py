@@ -77,10 +77,8 @@ class _Commands(TyperGroup):
                 BAD_INPUT,
             )
         except KeyboardInterrupt:
-            fail(
-                "interrupted; nothing is kept, and the same command starts again from the beginning",
-                INTERRUPTED,
-            )
+            kept = "nothing is kept, and the same command starts again from the beginning"
+            fail(f"interrupted; {kept}", INTERRUPTED)
 
 
 app = typer.Typer(
@@ -89,11 +87,12 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,  # help is full of brackets
     pretty_exceptions_enable=False,
-    help="Rolling contact of elastic bodies as convex optimisation, with a certificate of exactness.",
+    help="Rolling contact of elastic bodies as convex optimisation, "
+    "with a certificate of exactness.",
     epilog="\b\nExamples:\n"
     + "".join(f"  varcontact {example}\n" for _, example in COMMANDS.values())
-    + "\nExit status: 0 solved, 2 bad input or too large for the memory, 3 not solved to tolerance (the best iterate "
-    "is reported), 130 interrupted (standard error says what is kept).",
+    + "\nExit status: 0 solved, 2 bad input or too large for the memory, 3 not solved to tolerance "
+    "(the best iterate is reported), 130 interrupted (standard error says what is kept).",
 )
 for command, (summary, example) in COMMANDS.items():
     methods = "" if command in (tradeoff, wheelrail, profiles, serve) else f"{METHODS}\n\n"

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -39,26 +40,38 @@ def compare(
 
     files = scenes or []
     check_outputs(out, plot, files, force)
-    known = vc.standard_bank() if bank else {}
+    standard = vc.standard_bank() if bank else {}
     if len({path.resolve() for path in files}) < len(files):
         raise SceneError("scenes", " ".join(map(str, files)), "each file once")
-    # or paths, where these are not enough to tell the files apart
-    stems = [path.stem for path in files]
-    plain = [name for name in stems if stems.count(name) == 1 and name not in known]
-    read = {path.stem if path.stem in plain else str(path): vc.read_scene(path) for path in files}
-    described = {name: scene for name, (scene, _) in read.items()} | known
+    read = {name: vc.read_scene(path) for name, path in _names(files, standard).items()}
+    described = {name: scene for name, (scene, _) in read.items()} | standard
     if not described:
         raise SceneError("scenes", None, "given: name a scene file or give --bank")
     chosen = DEFAULT_METHODS if methods is None else names_of(methods)
     if options == dict.fromkeys(opt.TARGET) and read:
-        wanted = {tuple(settings.get(name) for name in opt.TARGET) for _, settings in read.values()}
-        if len(wanted) > 1:
-            allowed = "the same for all scene files; give it with --accuracy or --time-budget"
-            raise SceneError("accuracy", sorted(wanted, key=str), allowed)
-        options = dict(zip(opt.TARGET, *wanted, strict=True))
+        options = _common_target([settings for _, settings in read.values()])
     work = partial(vc.compare, described, chosen, tol=tol, store=out, workers=workers, **options)
     written = table_as_json if as_json else summary
     draw(plot, vc.plot_comparison, study(work, written, out, "--out FILE.csv", "scenes"))
+
+
+def _names(files: list[Path], others: Container[str]) -> dict[str, Path]:
+    """Files by their stems; by their paths, where stems do not tell them apart."""
+    stems = [path.stem for path in files]
+    named = {}
+    for path in files:
+        unique = stems.count(path.stem) == 1 and path.stem not in others
+        named[path.stem if unique else str(path)] = path
+    return named
+
+
+def _common_target(settings: list[dict[str, Any]]) -> dict[str, Any]:
+    """Accuracy and time budget of the scene files, which must be the same for all."""
+    targets = {tuple(each.get(name) for name in opt.TARGET) for each in settings}
+    if len(targets) > 1:
+        allowed = "the same for all scene files; give it with --accuracy or --time-budget"
+        raise SceneError("accuracy", sorted(targets, key=str), allowed)
+    return dict(zip(opt.TARGET, *targets, strict=True))
 
 
 def converge(

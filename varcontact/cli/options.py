@@ -14,15 +14,16 @@ import typer
 from varcontact.errors import SceneError
 
 METHODS = (
-    "Methods: convex programs (clarabel, osqp, scs, qpsolvers:NAME, cvxpy:NAME), active sets (norm, tang), newton, "
-    "theories (fastsim, ...); all names are in docs/methods.md."
+    "Methods: convex programs (clarabel, osqp, scs, qpsolvers:NAME, cvxpy:NAME), "
+    "active sets (norm, tang), newton, theories (fastsim, ...); all names are in docs/methods.md."
 )
 
 
 def option(words: str, *names: str, default: Any = None) -> Any:
     """An option with its help; a default that is computed elsewhere is named in the help."""
-    shown = f"  [default: {default}]" if default is not None else ""
-    return typer.Option(*names, help=words + shown, show_default=False)
+    if default is not None:
+        words += f"  [default: {default}]"
+    return typer.Option(*names, help=words, show_default=False)
 
 
 def argument(words: str) -> Any:

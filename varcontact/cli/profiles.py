@@ -24,7 +24,7 @@ COLUMNS = (
     "touched_from",
     "touched_to",
 )
-"""Of the table: y and z, and the y between which a profile can be touched, in mm."""
+"""Columns of the table: y and z, and the y between which a profile can be touched, in mm."""
 
 
 def profiles(
@@ -46,23 +46,20 @@ def profiles(
     from varcontact.wheel_rail.profile_files import KIND_OF, Z_UP
     from varcontact.wheel_rail.slices import SLICES
 
-    known = {*OF_COLUMNS, *KIND_OF, *Z_UP, *SLICES}
-    files = (
-        [folder]
-        if folder.is_file()
-        else sorted(each for each in folder.rglob("*") if each.suffix.lower() in known)
-    )
-    if not files:
-        raise SceneError(
-            "folder",
-            str(folder),
-            f"a folder with profiles ({', '.join(sorted(known))}), or one file",
-        )
-    rows = [
-        _row(file, str(file.relative_to(folder)) if file != folder else file.name, kind, scale)
-        for file in files
-    ]
-    show(json.dumps(rows, indent=2, allow_nan=False) if as_json else _report(rows))
+    suffixes = {*OF_COLUMNS, *KIND_OF, *Z_UP, *SLICES}
+    if folder.is_file():
+        names = {folder: folder.name}
+    else:
+        files = sorted(each for each in folder.rglob("*") if each.suffix.lower() in suffixes)
+        names = {file: str(file.relative_to(folder)) for file in files}
+    if not names:
+        allowed = f"a folder with profiles ({', '.join(sorted(suffixes))}), or one file"
+        raise SceneError("folder", str(folder), allowed)
+    rows = [_row(file, name, kind, scale) for file, name in names.items()]
+    if as_json:
+        show(json.dumps(rows, indent=2, allow_nan=False))
+    else:
+        show(_report(rows))
 
 
 def _row(file: Path, name: str, kind: str | None, scale: float) -> dict[str, Any]:
@@ -81,21 +78,18 @@ def _row(file: Path, name: str, kind: str | None, scale: float) -> dict[str, Any
 
 
 def _sizes(file: Path, kind: Any, scale: float) -> dict[str, Any]:
-    """Those of a profile, or of the first of a file of slices."""
+    """Kind, points and sizes of a profile, or of the first of a file of slices."""
     from varcontact.wheel_rail import Profile, ProfileSlices
     from varcontact.wheel_rail.profile_files import KIND_OF
     from varcontact.wheel_rail.slices import SLICES
 
     suffix = file.suffix.lower()
     if suffix in SLICES:
-        read: Any = ProfileSlices.read(
-            file, "rail" if suffix == SLICES[0] else "wheel", scale=scale
-        )
+        slice_kind: Any = "rail" if suffix == SLICES[0] else "wheel"
+        read: Any = ProfileSlices.read(file, slice_kind, scale=scale)
         parts = read if isinstance(read, tuple) else (read,)
-        profile, points = (
-            parts[0].first,
-            " + ".join(str(each.positions.size) for each in parts) + " slices",
-        )
+        profile = parts[0].first
+        points = " + ".join(str(each.positions.size) for each in parts) + " slices"
     else:
         profile = Profile.read(file, KIND_OF.get(suffix, kind), scale=scale)
         points = str(profile.y.size)
@@ -112,10 +106,10 @@ def _report(rows: list[dict[str, Any]]) -> str:
     read = [row for row in rows if row["refused"] is None]
     lines = rows_of_text(read, COLUMNS) if read else []
     for row in rows:
-        own, refused = Path(row["file"]).name + ": ", row["refused"] is not None
-        reasons = [row["refused"]] if refused else row["doubts"]
-        lines += [
-            f"{row['file']}: {'refused: ' * refused}{each.removeprefix(own)}" for each in reasons
-        ]
+        own = Path(row["file"]).name + ": "
+        if row["refused"] is not None:
+            lines.append(f"{row['file']}: refused: {row['refused'].removeprefix(own)}")
+        else:
+            lines += [f"{row['file']}: {doubt.removeprefix(own)}" for doubt in row["doubts"]]
     lines.append(f"{len(read)} read, {len(rows) - len(read)} refused")
     return "\n".join(lines)

@@ -105,14 +105,13 @@ def _row(solution: vc.Solution) -> dict[str, Any]:
     from varcontact.results.quantities_of_interest import creepage_names
     from varcontact.study.methods import BOUNDS, figures
 
-    known = figures(solution) | dict(
-        zip(BOUNDS, map(float, solution.certificate.force_bound), strict=True)
-    )
+    columns = figures(solution)
+    columns |= zip(BOUNDS, map(float, solution.certificate.force_bound), strict=True)
     names = ["Fx", "Fy", "Mz", "normal_force", "approach", "residual", *BOUNDS]
     if solution.error_estimate is not None:
         names += ["Fx_error", "Fy_error", "Mz_error"]
     row = dict(zip(creepage_names(solution), solution.creepage, strict=True))
-    return row | {name: known.get(name, math.nan) for name in names} | solution.elements
+    return row | {name: columns.get(name, math.nan) for name in names} | solution.elements
 
 
 def _table(found: list[vc.Solution], rows: list[dict[str, Any]]) -> str:
@@ -126,17 +125,14 @@ def _table(found: list[vc.Solution], rows: list[dict[str, Any]]) -> str:
             name for name, arm in arms.items() if abs(row[name]) < ROUNDING * sol.normal_force * arm
         ]
         cleared.append(row | dict.fromkeys(noise, 0.0))
-    units, line = found[0].scene.units, found[0].scene.line
-    shown = (
-        {"forces": "force"} if line else {"forces": "force", "moments": "moment", "spin": "spin"}
-    )
-    said = (
-        []
-        if units is None
-        else [f"{name} in {units.of(quantity, line)}" for name, quantity in shown.items()]
-    )
-    count = "1 solution" if len(rows) == 1 else f"{len(rows)} solutions"
-    return "\n".join([", ".join([count, *said]), *csv_table.rows_of_text(cleared, names)])
+    heading = "1 solution" if len(rows) == 1 else f"{len(rows)} solutions"
+    units = found[0].scene.units
+    line = found[0].scene.line
+    if units is not None:
+        heading += f", forces in {units.of('force', line)}"
+        if not line:
+            heading += f", moments in {units.of('moment')}, spin in {units.of('spin')}"
+    return "\n".join([heading, *csv_table.rows_of_text(cleared, names)])
 
 
 @opt.takes(*opt.CREEPAGES)
@@ -171,8 +167,7 @@ def curve(
     cells = [
         [name, *(f"{each:.5g}" for each in numbers)] for name, *numbers in table.to_numpy().tolist()
     ]
-    show(
-        csv_table.as_json(table)
-        if as_json
-        else "\n".join(csv_table.columns_of_text([columns, *cells], 1))
-    )
+    if as_json:
+        show(csv_table.as_json(table))
+    else:
+        show("\n".join(csv_table.columns_of_text([columns, *cells], 1)))

@@ -20,8 +20,10 @@ import varcontact as vc
 from varcontact.cli.terminal import show
 from varcontact.errors import SceneError, VarcontactError, shortened
 
-MOST_BYTES, MOST_WHEELS = 2**24, 1000
-"""Of a message."""
+MOST_BYTES = 2**24
+"""Largest size of a message."""
+MOST_WHEELS = 1000
+"""Most wheels of a message."""
 KEYS = ("id", "scene", "wheels", "tol", "accuracy")
 
 Before = tuple[list[str], Any, Any]
@@ -140,53 +142,67 @@ def _solved(
     message: Mapping[str, Any], before: Before | None
 ) -> tuple[dict[str, Any], Before | None]:
     """Results by wheel, in which an error is that wheel's alone."""
-    from varcontact.io.scene_toml import scene_from
     from varcontact.io.toml_tables import table_of
 
+    # scenes of the wheels
     common = table_of("scene", message.get("scene", {}))
-    scenes, results = {}, {}
+    options = {name: message[name] for name in ("tol", "accuracy") if message.get(name) is not None}
+    scenes: dict[str, vc.Scene] = {}
+    results: dict[str, Any] = {}
     for wheel, own in message["wheels"].items():
         try:
-            entries = {**common, **table_of("wheel", own)}
-            # one wheel's before those of all, also within tables
-            for name, entry in entries.items():
-                if isinstance(entry, dict) and isinstance(common.get(name), dict):
-                    entries[name] = {**common[name], **entry}
-            scenes[wheel] = scene = scene_from(entries)
-            if isinstance(scene.motion, vc.Transient):
-                raise SceneError(
-                    "motion.kind", "transient", "steady or shift: a message is one instant"
-                )
-            if message.get("accuracy") is not None and isinstance(scene.grid, vc.Grid):
-                raise SceneError("grid", scene.grid, "left out: it is chosen for the accuracy")
+            scenes[wheel] = _scene(common, table_of("wheel", own), "accuracy" in options)
         except VarcontactError as error:
-            scenes.pop(wheel, None)
             results[wheel] = {"ok": False, "error": str(error)}
     if not scenes:
         return results, before
-    options = {name: message[name] for name in ("tol", "accuracy") if message.get(name) is not None}
-    options |= {"failures": "keep"}
+    # from the message before, where it was of these wheels on the same lattice
     lattices = {(scene.grid, type(scene.motion), scene.line) for scene in scenes.values()}
+    options["failures"] = "keep"
     if before is not None and lattices == before[1] and set(scenes) <= set(before[0]):
         options["start"] = before[2].isel(scene=[before[0].index(wheel) for wheel in scenes])
     now = None
     try:
-        found = vc.solve_many(scenes.values(), fields=True, **options)
-        if found["ok"].all() and len(lattices) == 1:
-            now = list(scenes), lattices, found
+        table = vc.solve_many(scenes.values(), fields=True, **options)
+        if table["ok"].all() and len(lattices) == 1:
+            now = (list(scenes), lattices, table)
     except SceneError as error:
         if error.field != "fields":  # of scenes that are on no common lattice
             raise
-        found = vc.solve_many(scenes.values(), **options)
+        table = vc.solve_many(scenes.values(), **options)
+    results |= zip(scenes, _rows(table), strict=True)
+    return {wheel: results[wheel] for wheel in message["wheels"]}, now
+
+
+def _scene(common: Mapping[str, Any], own: Mapping[str, Any], to_accuracy: bool) -> vc.Scene:
+    """The scene of a wheel, whose entries go before those of all, also within tables."""
+    from varcontact.io.scene_toml import scene_from
+
+    entries = {**common, **own}
+    for name, entry in entries.items():
+        if isinstance(entry, dict) and isinstance(common.get(name), dict):
+            entries[name] = {**common[name], **entry}
+    scene = scene_from(entries)
+    if isinstance(scene.motion, vc.Transient):
+        raise SceneError("motion.kind", "transient", "steady or shift: a message is one instant")
+    if to_accuracy and isinstance(scene.grid, vc.Grid):
+        raise SceneError("grid", scene.grid, "left out: it is chosen for the accuracy")
+    return scene
+
+
+def _rows(table: Any) -> list[dict[str, Any]]:
+    """The figures of each scene, without those that are NaN; with the error, if there is one."""
     columns = {
         name: values.values.tolist()
-        for name, values in found.data_vars.items()
+        for name, values in table.data_vars.items()
         if values.dims == ("scene",)
     }
-    for k, wheel in enumerate(scenes):
-        row = {name: values[k] for name, values in columns.items()}
-        reason = row.pop("message").removeprefix(f"scenes[{k}]: ")
-        # what is NaN is left out
-        known = {name: value for name, value in row.items() if value == value}
-        results[wheel] = known | ({"error": reason} if reason else {})
-    return {wheel: results[wheel] for wheel in message["wheels"]}, now
+    rows = []
+    for k in range(table.sizes["scene"]):
+        values = {name: column[k] for name, column in columns.items()}
+        reason = values.pop("message").removeprefix(f"scenes[{k}]: ")
+        row = {name: value for name, value in values.items() if value == value}
+        if reason:
+            row["error"] = reason
+        rows.append(row)
+    return rows

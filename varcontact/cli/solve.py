@@ -10,9 +10,12 @@ import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import given
 from varcontact.cli.terminal import check_outputs, draw, progress_line, show, stop
-from varcontact.errors import Interrupted, SceneError, VarcontactError
+from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
 
-OUT = "Solution (.nc; .csv, .vtu, .vti, .mat), or the report (.html). Histories on a grid are resumed (.nc)."
+OUT = (
+    "Solution (.nc; .csv, .vtu, .vti, .mat), or the report (.html). "
+    "Histories on a grid are resumed (.nc)."
+)
 MOVING = (".gif", ".mp4")
 """Endings of the moving pictures of histories."""
 
@@ -41,18 +44,20 @@ def solve(
 
     described, settings = _read(scene, case)
     moves = isinstance(described.motion, vc.Transient)
-    drawn_here = not moves or plot is None or plot.suffix.lower() not in MOVING
-    check_outputs(out, plot if drawn_here else None, [scene], force, FORMATS)
-    if plot is not None and not drawn_here:
+    if moves and plot is not None and plot.suffix.lower() in MOVING:
         from varcontact.plotting.history import check_animation
 
+        check_outputs(out, None, [scene], force, FORMATS)
         check_animation("--plot", plot, [scene] if out is None else [scene, out], force)
+    else:
+        check_outputs(out, plot, [scene], force, FORMATS)
     settings |= given(**options)
     several = SolveOptions.checked(described, **settings).target is not None
     if moves and not several:  # the file grows with the history, and is whole at any time
         if out is not None:
             check_ending("--out", out, ".nc")
-        settings["store"], out = out, None
+        settings["store"] = out
+        out = None
     elif out is not None:
         check = check_history_file if moves else check_solution_file
         check("--out", out, force)
@@ -64,7 +69,9 @@ def solve(
             deliver(stopped.partial, out, plot, force, as_json)
         stop(stopped, settings.get("store"), "--out FILE.nc", "steps")
     except VarcontactError as failure:
-        kept = getattr(failure, "solution", None) if failure.history is None else failure.history
+        kept = failure.history
+        if kept is None and isinstance(failure, NotConverged):
+            kept = failure.solution
         if kept:
             deliver(kept, out, plot, force, as_json)
         raise
@@ -82,7 +89,10 @@ def _read(path: Path, case: int | None) -> tuple[vc.Scene, dict[str, Any]]:
     number = 1 if case is None and len(scenes) == 1 else case
     if number is None or not 1 <= number <= len(scenes):
         instead = "" if number is None else f", not {number}"
-        message = f"--case: {str(path)!r} holds {len(scenes)} scenes; give a number from 1 to {len(scenes)}{instead}"
+        message = (
+            f"--case: {str(path)!r} holds {len(scenes)} scenes; "
+            f"give a number from 1 to {len(scenes)}{instead}"
+        )
         raise SceneError("--case", case, message=message)
     return scenes[number - 1], {}
 
@@ -92,11 +102,10 @@ def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_
     from varcontact.io.solution import save
 
     try:
-        show(
-            json.dumps(solution.summary(), indent=2, allow_nan=False)
-            if as_json
-            else solution.report()
-        )
+        if as_json:
+            show(json.dumps(solution.summary(), indent=2, allow_nan=False))
+        else:
+            show(solution.report())
     finally:  # what was computed is not lost with its reader
         if out is not None and isinstance(solution, vc.History):
             solution.save(out, overwrite=force)
@@ -131,5 +140,6 @@ def plan(
         many = {"scenes": len(scenes)} if over else {}
         show(json.dumps({**many, **planned.summary()}, indent=2, allow_nan=False))
     else:
-        show((f"A sweep of {len(scenes)} scenes; of the first:\n\n" if over else "") + str(planned))
+        heading = f"A sweep of {len(scenes)} scenes; of the first:\n\n" if over else ""
+        show(heading + str(planned))
     check_planned(planned)

@@ -108,20 +108,25 @@ def make_table(
     from varcontact.data.make_table_book import check_out, make_table_book, stores
 
     check_out("--out", out, force)
-    where: dict[str, Any] = {"workers": workers, "out": out, "overwrite": force}
-    size: dict[str, Any] = {
-        "least": least,
-        "greatest": greatest,
-        "ratios": ratios,
-        "steps": steps,
-        "degree": degree,
-    }
     try:
         with cluster(dask, workers) as executor, progress_line() as progress:
-            book = make_table_book(nu, **size, **where, executor=executor, progress=progress)
+            book = make_table_book(
+                nu,
+                least=least,
+                greatest=greatest,
+                ratios=ratios,
+                steps=steps,
+                degree=degree,
+                executor=executor,
+                workers=workers,
+                out=out,
+                overwrite=force,
+                progress=progress,
+            )
     except Interrupted as stopped:
         stop(stopped, stores(out)[0], "--out FILE.nc", "entries")
     worst = float(book.accuracy.max())
     show(
-        f"{book.entries} {book.provenance}; estimated error at most {100 * worst:.1f} % of f Fz; in {out}"
+        f"{book.entries} {book.provenance}; "
+        f"estimated error at most {100 * worst:.1f} % of f Fz; in {out}"
     )

@@ -11,7 +11,9 @@ from typing import Any, NoReturn
 
 from varcontact.errors import Interrupted, OutputError, SceneError, WorkersLost
 
-BAD_INPUT, NOT_SOLVED, INTERRUPTED = 2, 3, 130
+BAD_INPUT = 2
+NOT_SOLVED = 3
+INTERRUPTED = 130
 
 
 def show(text: str) -> None:
@@ -120,7 +122,10 @@ def stop(
 ) -> NoReturn:
     """After Ctrl-C, or without workers: say what is kept, or which option keeps it, and leave."""
     if store is None:
-        kept = f"nothing is kept; with {option}, finished {what} are kept and the same command resumes from there"
+        kept = (
+            f"nothing is kept; with {option}, finished {what} are kept "
+            "and the same command resumes from there"
+        )
     elif store.exists():
         kept = f"finished {what} are kept in {store}, and the same command resumes from there"
     else:

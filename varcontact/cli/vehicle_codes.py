@@ -26,7 +26,10 @@ def export_table(
 
     if c is None and fmu is None:
         raise SceneError("--c", None, "given: name a folder with --c or --fmu")
-    read = None if book is None else TableBook.read(book)
-    paths = [] if c is None else write_c(c, read, force, "--c")
-    paths += [] if fmu is None else write_fmu(fmu, read, force, "--fmu")
+    table_book = None if book is None else TableBook.read(book)
+    paths: list[Path] = []
+    if c is not None:
+        paths += write_c(c, table_book, force, "--c")
+    if fmu is not None:
+        paths += write_fmu(fmu, table_book, force, "--fmu")
     show("\n".join(map(str, paths)))

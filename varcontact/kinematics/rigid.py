@@ -42,7 +42,8 @@ def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndar
         checks.number(name, value)
         for name, value in (("roll", roll), ("yaw", yaw), ("pitch", pitch))
     ]
-    (a, b, c), (sa, sb, sc) = np.cos(angles), np.sin(angles)
+    a, b, c = np.cos(angles)
+    sa, sb, sc = np.sin(angles)
     about_x = np.array([[1, 0, 0], [0, a, -sa], [0, sa, a]])
     about_z = np.array([[b, -sb, 0], [sb, b, 0], [0, 0, 1]])
     about_y = np.array([[c, 0, sc], [0, 1, 0], [-sc, 0, c]])
@@ -110,7 +111,9 @@ class RigidBody(
     --------
     A wheel of radius 0.5 that rolls along x at 10, z down: the particle at the bottom is at rest.
 
-    >>> wheel = RigidBody(position=[0.0, 0.0, -0.5], velocity=[10.0, 0.0, 0.0], angular_velocity=[0.0, -20.0, 0.0])
+    >>> wheel = RigidBody(
+    ...     position=[0.0, 0.0, -0.5], velocity=[10.0, 0.0, 0.0],
+    ...     angular_velocity=[0.0, -20.0, 0.0])
     >>> wheel.velocity_at([0.0, 0.0, 0.0])
     array([0., 0., 0.])
     """
@@ -270,17 +273,20 @@ def creepages(
     >>> print(f"{found.vx:.6f} at {found.speed}")
     0.051282 at 9.75
     """
-    moving = np.zeros(3) if frame_velocity is None else _vector("frame_velocity", frame_velocity)
-    first = frame.axes.T @ (
-        body1.velocity_at(frame.origin if at1 is None else _vector("at1", at1)) - moving
-    )
-    second = frame.axes.T @ (
-        body2.velocity_at(frame.origin if at2 is None else _vector("at2", at2)) - moving
-    )
+    moving = np.zeros(3)
+    if frame_velocity is not None:
+        moving = _vector("frame_velocity", frame_velocity)
+    point1 = frame.origin if at1 is None else _vector("at1", at1)
+    first = frame.axes.T @ (body1.velocity_at(point1) - moving)
+    point2 = frame.origin if at2 is None else _vector("at2", at2)
+    second = frame.axes.T @ (body2.velocity_at(point2) - moving)
     speed = -float(first[0] + second[0]) / 2
     if speed <= 0:
-        rolling = f"along x of the contact frame: the rolling velocity is {speed + 0.0:.6g}, and must be positive"
-        message = f"the bodies do not roll {rolling}; turn the frame, or give the contact's frame_velocity"
+        message = (
+            "the bodies do not roll along x of the contact frame: "
+            f"the rolling velocity is {speed + 0.0:.6g}, and must be positive; "
+            "turn the frame, or give the contact's frame_velocity"
+        )
         raise SceneError("frame", speed, message=message)
     slip = (first - second) / speed
     spin = frame.normal @ (body1.angular_velocity - body2.angular_velocity) / speed
@@ -312,7 +318,8 @@ def spin_pole(vx: float, vy: float, spin: float) -> tuple[float, float]:
     >>> spin_pole(0.001, 0.002, 0.5)
     (-0.004, 0.002)
     """
-    vx, vy = checks.number("vx", vx), checks.number("vy", vy)
+    vx = checks.number("vx", vx)
+    vy = checks.number("vy", vy)
     if checks.number("spin", spin) == 0:
         raise SceneError(
             "spin", spin, "not zero: without spin the rigid slip is the same everywhere"

@@ -78,12 +78,13 @@ class WheelSetMotion(
 
     @property
     def creepages(self) -> tuple[Creepages, Creepages]:
-        """Of the left and the right wheel over the rails, (135) to (139).
+        """Creepages of the left and the right wheel over the rails, (135) to (139).
 
         Derived again: (136) and (137) lack a factor 1/2 before the difference of the radii, without
         which Klingel's rolling would have the creep ``-omega gamma y / V`` where it has none.
         """
-        mean, difference = sum(self.radii) / 2, (self.radii[0] - self.radii[1]) / 2
+        mean = sum(self.radii) / 2
+        difference = (self.radii[0] - self.radii[1]) / 2
         driven = 1 - self.angular_velocity * mean / self.speed
         turned = (self.angular_velocity * difference + self.yaw_rate * self.half_gauge) / self.speed
         lateral = self.lateral_velocity / self.speed - self.yaw
@@ -121,11 +122,9 @@ def klingel_wavelength(conicity: float, radius: float, half_gauge: float) -> flo
     >>> print(f"{klingel_wavelength(1 / 40, 0.5, 0.715):.1f} m")
     23.8 m
     """
-    gamma, R, b = (
-        positive("conicity", conicity),
-        positive("radius", radius),
-        positive("half_gauge", half_gauge),
-    )
+    gamma = positive("conicity", conicity)
+    R = positive("radius", radius)
+    b = positive("half_gauge", half_gauge)
     return 2 * math.pi * math.sqrt(R * b / gamma)
 
 
@@ -165,6 +164,7 @@ def ball_between_planes(force: float, angle: float, nu: float) -> float:
     >>> print(f"{ball_between_planes(1.0, 1.0, 0.25):.2f} N gamma")
     0.35 N gamma
     """
-    N, gamma = positive("force", force), number("angle", angle)
+    N = positive("force", force)
+    gamma = number("angle", angle)
     C23 = float(creepage_coefficients(1.0, 1.0, nu).C23)
     return 2 * N * gamma * (1 - 3 * (1 - nu) * C23 / 4)

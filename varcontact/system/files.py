@@ -113,7 +113,7 @@ def check_replaceable(
 
 
 def begins_with(path: Path, head: bytes) -> bool:
-    """Whether a file has this beginning."""
+    """True for a file with this beginning."""
     with path.open("rb") as file:
         return file.read(len(head)) == head
 
@@ -125,7 +125,8 @@ def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]
     The lock is on a file of its own, `beside` the other one, which may itself be replaced
     meanwhile.
     """
-    lock, name = beside(path.resolve(), "lock"), f"process {os.getpid()} on {socket.gethostname()}"
+    lock = beside(path.resolve(), "lock")
+    name = f"process {os.getpid()} on {socket.gethostname()}"
     kernel = FileLock(lock, timeout=patience, poll_interval=0.02, thread_local=False)
     with writing(field, path):
         try:
@@ -134,7 +135,9 @@ def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]
             holder = ""
             with suppress(OSError):
                 holder = lock.read_text(encoding="utf-8", errors="replace")[:100]
-            who = "this process" if holder == name else holder or "another process"
+            who = holder or "another process"
+            if holder == name:
+                who = "this process"
             reason = f"is being written by {who}; wait until that is done, or name another file"
             raise OutputError(field, path, reason) from None
     try:

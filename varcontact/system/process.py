@@ -35,7 +35,8 @@ LITTLE = 2.0**24
 """Bytes that are there in any case: to ask takes half a millisecond, a part of a small solve that
 would be seen."""
 VARIABLES = (
-    "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"
+    "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS"
 )  # fmt: skip
 """Where one of these is set, its number of threads stays."""
 Result = TypeVar("Result")
@@ -74,7 +75,8 @@ def left_by_control_groups(root: Path = Path("/")) -> float:
         group = Path(name.lstrip("/"))
         for folder in (group, *group.parents) if number == "0" else ():  # of version 2
             place = root / "sys/fs/cgroup" / folder
-            most, taken = _lines(place / "memory.max"), _lines(place / "memory.current")
+            most = _lines(place / "memory.max")
+            taken = _lines(place / "memory.current")
             if most and taken and most[0] != "max":
                 statistics = dict(entry.split() for entry in _lines(place / "memory.stat"))
                 # copies of files, which make room when needed
@@ -92,7 +94,7 @@ def _lines(path: Path) -> list[str]:
 
 
 def fits(size: float) -> bool:
-    """Whether so many bytes are there."""
+    """True where so many bytes are there."""
     return size < LITTLE or size <= available()
 
 
@@ -108,7 +110,8 @@ class _Limit(contextlib.ContextDecorator):
     """
 
     def __init__(self) -> None:
-        self.lock, self._inside = threading.Lock(), 0
+        self.lock = threading.Lock()
+        self._inside = 0
         self._lowered: Any = None
 
     def __enter__(self) -> None:
