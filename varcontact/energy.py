@@ -8,8 +8,8 @@ U and C of the paper's (214) and (215) are equal at the solution of a shift:
 >>> import varcontact as vc
 >>> from varcontact import energy
 >>> scene = vc.Scene(
-...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-...     motion=vc.Shift(ux=0.05), grid=vc.Grid(nx=12, ny=12))
+...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+...     friction=0.3, motion=vc.Shift(ux=0.05), grid=vc.Grid(nx=12, ny=12))
 >>> posed = energy.posed(vc.solve(scene))
 >>> U = energy.potential_energy(posed.tangential, posed.traction) * posed.unit
 >>> C = energy.complementary_energy(posed.tangential, posed.traction) * posed.unit
@@ -111,8 +111,7 @@ def posed(solution: Solution) -> Posed:
     normal, pressed, level = normal_as_solved(disc, pressure, approach, traction)
     unit = disc.scales.force * disc.scales.displacement
     if motion is None or scene.frictionless:
-        none = np.zeros((2, 0))
-        return Posed(normal, pressed, level, None, none, np.zeros(2), unit)
+        return Posed(normal, pressed, level, None, np.zeros((2, 0)), np.zeros(2), unit)
     tangential = disc.tangential_problem(pressure, acting=traction)
     rigid = (np.array(solution.creepage[:2]) - motion.rigid[:2]) * unit_slip(disc)
     return Posed(normal, pressed, level, tangential, *tangential.of_grid(traction, rigid), unit)

@@ -45,8 +45,9 @@ Fz."""
 ORDER = 2
 """Order of the discretisation."""
 HOW = (
-    "exact solutions by the discretisation of second order, extrapolated from 12 x 8 and 27 x 18 elements, or from "
-    "27 x 18 and 48 x 32 where the former changes them by more than 0.2 % of f Fz"
+    "exact solutions by the discretisation of second order, extrapolated from 12 x 8 and "
+    "27 x 18 elements, or from 27 x 18 and 48 x 32 where the former changes them by more than "
+    "0.2 % of f Fz"
 )
 TOL = 1e-3
 """Residual of the entries on their grids: it changes forces by 1e-4 of f Fz at most, far less than
@@ -56,14 +57,16 @@ LEAST_ERROR = 0.004
 this."""
 PRESSURE = 1e-3
 """Normal force by G ab: of no influence, as all is in proportion to it."""
-POLAR, ANGLES = 16, 32
-"""Intervals of the splines: of the angle from vx up to pi/2, of the angle of (vy, spin) up to
-pi."""
+POLAR = 16
+"""Intervals of the splines in the angle from vx, up to pi/2."""
+ANGLES = 32
+"""Intervals of the splines in the angle of (vy, spin), up to pi."""
 PARITY = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, -1.0]])
 """Signs of Fx, Fy, Mz where vx, and where vy and spin, change theirs."""
-REACH, NUGGET = 1.0, 1e-6
-"""Of the correlation between directions, as a distance of unit vectors; and what is added to its
-diagonal."""
+REACH = 1.0
+"""Length of the correlation between directions, as a distance of unit vectors."""
+NUGGET = 1e-6
+"""Addition to the diagonal of the correlation."""
 FULL = 1e9
 """A magnitude at which nothing is left of the way to full slip."""
 TINY = 1e-300
@@ -131,20 +134,21 @@ def make_table_book(
     """
     nu = checks.number("nu", nu, "a number")
     kinds = Bodies(G=1.0, nu=nu)  # which checks it
-    least, greatest = checks.positive("least", least), checks.positive("greatest", greatest)
+    least = checks.positive("least", least)
+    greatest = checks.positive("greatest", greatest)
     if least >= greatest:
         raise SceneError("greatest", greatest, f"more than least = {least:g}")
-    ratios, steps = (
-        checks.whole("ratios", ratios, least=2, most=100),
-        checks.whole("steps", steps, least=2, most=100),
-    )
+    ratios = checks.whole("ratios", ratios, least=2, most=100)
+    steps = checks.whole("steps", steps, least=2, most=100)
     degree = checks.whole("degree", degree, least=3, most=25)
     if degree % 2 == 0:
         raise SceneError("degree", degree, "odd")
-    middle, half = math.log(least * greatest) / 2, math.log(greatest / least) / 2
+    middle = math.log(least * greatest) / 2
+    half = math.log(greatest / least) / 2
     angles = math.pi * np.arange(ratios) / (ratios - 1)
     nodes = np.exp(middle - half * np.cos(angles))  # Chebyshev's, both ends included
-    directions, t = direction_nodes(degree), magnitudes(steps)
+    directions = direction_nodes(degree)
+    t = magnitudes(steps)
     path = None if out is None else checks.file_name("out", out)
     if path is not None:
         check_out("out", path, overwrite)
@@ -152,8 +156,8 @@ def make_table_book(
     files = (None, None, None) if path is None else stores(path)
 
     def beyond_law(k: int, chosen: np.ndarray) -> np.ndarray:
-        """What some entries have more than the local law, both on the elements of a grid; nan in
-        the others.
+        """Forces of some entries less the local law, both on the elements of a grid; nan in the
+        others.
         """
         scenes = list(_scenes(kinds, nodes, creepages, chosen, GRIDS[k]))
         # a chunk has those of some rays
@@ -164,15 +168,15 @@ def make_table_book(
             first = int(failed[0])
             words = f"{failed.size} of {len(scenes)} entries are not solved; the first is {first}: "
             raise VarcontactError(words + str(swept["reason"].values[first]))
-        found = np.full((*chosen.shape, 3), np.nan)
-        found[chosen] = (
-            np.stack([swept[name].values for name in ("Fx", "Fy", "Mz")], axis=-1) / PRESSURE
-        )
-        return found - _law(kinds, nodes, creepages, GRIDS[k])
+        forces = np.full((*chosen.shape, 3), np.nan)
+        resultants = np.stack([swept[name].values for name in ("Fx", "Fy", "Mz")], axis=-1)
+        forces[chosen] = resultants / PRESSURE
+        return forces - _law(kinds, nodes, creepages, GRIDS[k])
 
-    coarse, fine = (
-        beyond_law(k, np.ones((ratios, len(directions), steps), dtype=bool)) for k in (0, 1)
-    )
+    # all entries on two grids, those in doubt on a third
+    every = np.ones((ratios, len(directions), steps), dtype=bool)
+    coarse = beyond_law(0, every)
+    fine = beyond_law(1, every)
     left = extrapolated(coarse, fine, *GRIDS[:2])
     change = np.abs(left - fine).max(axis=-1)
     doubtful = change > DOUBT
@@ -181,13 +185,22 @@ def make_table_book(
         better = extrapolated(fine, finest, *GRIDS[1:])
         left = np.where(doubtful[..., None], better, left)
         change = np.where(doubtful, np.abs(better - finest).max(axis=-1), change)
-    values, accuracy = left + _law(kinds, nodes, creepages, None), np.maximum(LEAST_ERROR, change)
-    left, values, accuracy = (np.moveaxis(array, 1, 2) for array in (left, values, accuracy))
-    size = f"--least {least:g} --greatest {greatest:g} --ratios {ratios} --steps {steps} --degree {degree}"
-    provenance = f"{HOW}, to a residual of {TOL:g}: varcontact table make --nu {nu:g} {size}"
-    splines = unpacked(**packed(splines_through(nu, nodes, directions, left)))
-    values, accuracy = values.astype(np.float32), accuracy.astype(np.float32)
-    book = TableBook(nu, nodes, directions, values, accuracy, splines, provenance)
+    values = np.moveaxis(left + _law(kinds, nodes, creepages, None), 1, 2)
+    accuracy = np.moveaxis(np.maximum(LEAST_ERROR, change), 1, 2)
+    left = np.moveaxis(left, 1, 2)
+    provenance = (
+        f"{HOW}, to a residual of {TOL:g}: varcontact table make --nu {nu:g} --least {least:g} "
+        f"--greatest {greatest:g} --ratios {ratios} --steps {steps} --degree {degree}"
+    )
+    book = TableBook(
+        nu=nu,
+        ratios=nodes,
+        directions=directions,
+        values=values.astype(np.float32),
+        accuracy=accuracy.astype(np.float32),
+        splines=unpacked(**packed(splines_through(nu, nodes, directions, left))),
+        provenance=provenance,
+    )
     if path is not None:
         write_whole("out", path, book.to_bytes())
         for store in stores(path):
@@ -273,7 +286,8 @@ def direction_nodes(degree: int) -> np.ndarray:
     found = [np.array([[1.0, 0.0, 0.0]])]
     for k in range(1, circles + 1):
         count = min(4 + 2 * k, degree + 3)
-        angle, radius = math.pi * np.arange(count) / count, math.sin(math.pi * k / (2 * circles))
+        angle = math.pi * np.arange(count) / count
+        radius = math.sin(math.pi * k / (2 * circles))
         height = math.cos(math.pi * k / (2 * circles)) if k < circles else 0.0
         found.append(
             np.stack(
@@ -299,11 +313,13 @@ def local_law(
     """
     x, y = points
     sums = np.stack([np.ones_like(x), x, y, x**2 + y**2], axis=1) * load[:, None]
-    scale, found = np.array(reduced_scales(coefficients, ratio)), np.empty_like(reduced)
+    scale = np.array(reduced_scales(coefficients, ratio))
+    found = np.empty_like(reduced)
     at_once = max(1, 20_000 // len(load))
     for k in range(0, len(reduced), at_once):
         vx, vy, spin = (reduced[k : k + at_once] / scale).T
-        wx, wy = vx[:, None] - spin[:, None] * y, vy[:, None] + spin[:, None] * x
+        wx = vx[:, None] - spin[:, None] * y
+        wy = vy[:, None] + spin[:, None] * x
         third = np.sqrt(wx * wx + wy * wy) * (scale[0] / 3)
         inside = np.minimum(third, 1.0)
         by_slip = ((inside - 3) * inside + 3) * inside / np.maximum(third, TINY)
@@ -320,10 +336,12 @@ def quadrature(ratio: float, count: int = 24) -> tuple[np.ndarray, np.ndarray]:
     trapezoidal around.
     """
     height, weight = np.polynomial.legendre.leggauss(count)
-    height, weight = (height + 1) / 2, weight / 2
+    height = (height + 1) / 2
+    weight = weight / 2
     angle = math.pi / count * (np.arange(2 * count) + 0.5)
     radius = np.sqrt(1 - height**2)[:, None]
-    x, y = math.sqrt(ratio) * radius * np.cos(angle), radius * np.sin(angle) / math.sqrt(ratio)
+    x = math.sqrt(ratio) * radius * np.cos(angle)
+    y = radius * np.sin(angle) / math.sqrt(ratio)
     load = np.broadcast_to((1.5 * height**2 * weight)[:, None] / count, x.shape)
     return np.stack([x.ravel(), y.ravel()]), load.ravel()
 
@@ -340,13 +358,12 @@ def splines_through(
     """
     from scipy.interpolate import BarycentricInterpolator
 
-    polar, angle = (
-        np.linspace(0.0, part, n + 1) for part, n in ((math.pi / 2, POLAR), (math.pi, ANGLES))
-    )
-    polar, angle = polar[:, None], angle[:-1]
+    polar = np.linspace(0.0, math.pi / 2, POLAR + 1)[:, None]
+    angle = np.linspace(0.0, math.pi, ANGLES + 1)[:-1]
     parts = np.cos(polar), np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle)
     knots = np.stack(np.broadcast_arrays(*parts), axis=-1)
-    flat, nugget = knots.reshape(-1, 3), NUGGET * np.eye(len(directions))
+    flat = knots.reshape(-1, 3)
+    nugget = NUGGET * np.eye(len(directions))
     between = np.empty((3, len(flat), len(directions)))
     for i in range(3):
         among = _correlation(directions, directions, i) + nugget
@@ -365,27 +382,24 @@ def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> n
     """S of one ratio at the knots (t, knot, 3), from what is left there of the entries."""
     from scipy.interpolate import BarycentricInterpolator
 
-    coefficients, rough, fine = (
-        no_slip_coefficients(float(ratio), nu),
-        quadrature(ratio),
-        quadrature(ratio, 80),
-    )
+    coefficients = no_slip_coefficients(float(ratio), nu)
+    rough = quadrature(ratio)
+    fine = quadrature(ratio, 80)
     t = magnitudes(len(left))
     finite = [
         local_law(HALFWAY * each / (1 - each) * knots, ratio, coefficients, *rough) + rest
         for each, rest in zip(t, left, strict=True)
     ]
     full = local_law(FULL * knots, ratio, coefficients, *fine)
-    forces, creepages = (
-        np.stack([*finite, full]),
-        knots / np.array(reduced_scales(coefficients, ratio)),
-    )
+    forces = np.stack([*finite, full])
+    creepages = knots / np.array(reduced_scales(coefficients, ratio))
     # with monotone influence of tractions on slip, resistance rises along a ray of creepages up to
     # full slip
     unit = creepages / np.linalg.norm(creepages, axis=1)[:, None]
     resistance = -(forces * unit).sum(axis=-1)
     capped = np.minimum(resistance, resistance[-1])
-    above, below = np.maximum.accumulate(capped), np.minimum.accumulate(capped[::-1])[::-1]
+    above = np.maximum.accumulate(capped)
+    below = np.minimum.accumulate(capped[::-1])[::-1]
     found = forces - ((above + below) / 2 - resistance)[..., None] * unit
     t = np.append(t, 1.0)[:, None, None]
     x, y, z = knots.T
@@ -401,14 +415,13 @@ def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarr
     """Matern's of order 5/2, of directions on the sphere, with the symmetries of a component."""
     found = np.zeros((len(one), len(other)))
     for along, across in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        sign = (PARITY[0, component] if along < 0 else 1.0) * (
-            PARITY[1, component] if across < 0 else 1.0
-        )
-        s = (
-            math.sqrt(5)
-            / REACH
-            * np.linalg.norm(one[:, None] - other * (along, across, across), axis=-1)
-        )
+        sign = 1.0
+        if along < 0:
+            sign *= PARITY[0, component]
+        if across < 0:
+            sign *= PARITY[1, component]
+        distance = np.linalg.norm(one[:, None] - other * (along, across, across), axis=-1)
+        s = math.sqrt(5) / REACH * distance
         found += sign * (1 + s + s**2 / 3) * np.exp(-s)
     return found
 
