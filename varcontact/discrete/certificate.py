@@ -64,7 +64,7 @@ NO_BOUNDS = ForceBounds(np.full(3, np.inf), np.full(3, np.nan))
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """How exact a solution of the discrete problem is.
+    """Certificate of a solution of the discrete problem: residuals, gaps and bounds.
 
     Attributes
     ----------
@@ -133,14 +133,14 @@ class Certificate:
         return preformatted(in_rows("Certificate", [*rows, ("guaranteed bounds", bound)]))
 
     def without_moment(self) -> Certificate:
-        """That of tractions by a theory without a moment: NaN bounds it."""
+        """The certificate of tractions by a theory without a moment: NaN bounds it."""
         return replace(
             self, bounds=ForceBounds(self.force_bound * [1.0, 1.0, np.nan], self.pressure_part)
         )
 
     @property
     def pressure_part(self) -> np.ndarray:
-        """What of `force_bound` is for the pressure's own distance from the exact one, shape (3,).
+        """Part of `force_bound` for the distance of the pressure from the exact one, shape (3,).
 
         Zero where the pressure is Hertz's closed form, which is what is asked for. NaN where it is
         not known: then `force_bound` is for the pressure as it is given, as with forces prescribed
@@ -306,9 +306,10 @@ def outputs_of(problem: TangentialProblem) -> np.ndarray:
     element.
     """
     x, y = problem.points
-    one = np.ones(problem.size)
-    zero = np.zeros(problem.size)
-    return np.array([[one, zero], [zero, one], [-y, x]])[:, list(problem.directions)]
+    ones = np.ones(problem.size)
+    zeros = np.zeros(problem.size)
+    weights = np.array([[ones, zeros], [zeros, ones], [-y, x]])
+    return weights[:, list(problem.directions)]
 
 
 def _infinite(problem: TangentialProblem) -> np.ndarray:

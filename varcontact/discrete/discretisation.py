@@ -424,9 +424,9 @@ def _shift_too_large(motion: Motion) -> SceneError:
     )
 
 
-def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
-    """A scene of one problem on an explicit grid, with the `known` operators where they are those
-    of its lattice.
+def discretise(scene: Scene, grid: Grid, built: Operators | None = None) -> Discretisation:
+    """A scene of one problem on an explicit grid, with operators that are `built` already where
+    they are those of its lattice.
 
     A `SceneError` is raised if the grid cannot hold the contact (elements larger than it, or a
     distance beyond the approach all over), or for a reference depth within the potential contact.
@@ -442,8 +442,8 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
         depth = depth / scales.length
     medium = medium_on(scene, grid, scales.length, depth, scene.speed)
     operators = Operators(grid.scaled(scales.length), medium)
-    if known == operators:
-        operators = known
+    if built == operators:
+        operators = built
     return Discretisation(
         scene.bodies,
         scene.surface,

@@ -1,4 +1,4 @@
-"""What acts on a contact: its load, motion and interface, and in a history the step before."""
+"""The loading of a contact: load, motion and interface, and in a history the step before."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Loading:
 
     @classmethod
     def of(cls, scene: Scene, scales: Scales) -> Loading:
-        """That of a scene; of a history without its motion."""
+        """The loading of a scene; of a history without its motion."""
         motion = None
         if not isinstance(scene.motion, Transient):
             motion = scene.motion

@@ -99,7 +99,7 @@ class Operators:
         return self._table("xyz", "xyz")
 
     def of(self, medium: Medium, lattice: Grid | None = None) -> Operators:
-        """Those of another medium, a part of this one, on this lattice; or on another one."""
+        """Operators of another medium, a part of this one, on this lattice; or on another one."""
         key = lattice or self.lattice, medium
         if key == (self.lattice, self.medium):
             return self
@@ -111,12 +111,12 @@ class Operators:
 
     @property
     def at_once(self) -> Operators:
-        """Those of viscoelastic bodies as they are at once; of elastic ones these."""
+        """Operators of viscoelastic bodies as they are at once; of elastic ones these."""
         return self.of(self.medium.at_once)
 
     def at_end(self, time: float | None) -> Operators:
-        """Those of viscoelastic bodies at the end of a step that takes a time; of elastic ones
-        these.
+        """Operators of viscoelastic bodies at the end of a step that takes a time; of elastic
+        ones these.
         """
         if time is None:
             return self

@@ -74,7 +74,7 @@ class _Factored:
 
     @lazy_property
     def least(self) -> float:
-        """By ``|S^-1| <= |L^-1|_1 |L^-1|_inf``, which is 2 to 4 times too large on contacts."""
+        """From ``|S^-1| <= |L^-1|_1 |L^-1|_inf``, which is 2 to 4 times too large on contacts."""
         sizes = np.abs(self.inverse)
         return float(1 / (sizes.sum(axis=0).max() * sizes.sum(axis=1).max()))
 
@@ -101,7 +101,7 @@ def _factored(matrix: np.ndarray) -> _Factored | None:
 def _preconditioned(
     inverse: RestrictedOperator, weight: np.ndarray, field: np.ndarray
 ) -> np.ndarray:
-    """By the inverse symbol on the periodic box, weighted: less where elements are softened."""
+    """Product with the inverse symbol on the periodic box, weighted: less where softened."""
     return np.asarray(weight * inverse.apply(weight * field))
 
 

@@ -155,7 +155,7 @@ class TangentialProblem:
 
 @dataclass(frozen=True, eq=False)
 class RawSolution:
-    """What a solver returns, not yet judged.
+    """Answer of a solver, not yet judged.
 
     The traction is a pressure (n,) or tractions (c, n); rigid (1,) or (c,) is the approach, or the
     uniform rigid shift where the force is prescribed. The status is the solver's own word, `solved`

@@ -19,7 +19,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.transports import further_along
 
 RISE = "temperature_rise"
-"""How much warmer particles are at the end of a step by what heated them before."""
+"""Rise of temperature of particles at the end of a step by the heat of the steps before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Heat:
 
     @classmethod
     def of(cls, power_density: np.ndarray, contact: np.ndarray, step: TimeStep) -> Heat:
-        """That of a power density: work by area and distance rolled, in a step in place by area."""
+        """Heat of a power density: work per area and distance rolled, or of a step in place."""
         assert step.dt is not None
         power = power_density * ((step.dq or 1.0) / step.dt)
         return cls(power, contact, step.dt, step.rolls * step.dq)

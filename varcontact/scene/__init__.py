@@ -1,1 +1,1 @@
-"""What the user says: frozen dataclasses that check themselves."""
+"""The scene of a user: frozen dataclasses that check themselves."""

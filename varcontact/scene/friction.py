@@ -70,7 +70,7 @@ class Law(
 
     @property
     def continuous(self) -> bool:
-        """Whether the coefficient of a particle changes continuously with its slip: also with a
+        """True where the coefficient of a particle changes continuously with its slip: also with a
         memory.
         """
         return self.memory_distance > 0 or not self.jumps
@@ -165,7 +165,7 @@ class _Falling(Law, half_velocity=checks.positive, velocity=checks.positive):
 
     @abstractmethod
     def _fall(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What is left of ``static - kinetic`` at t, 1/2 at t = 1; and its derivative."""
+        """Remaining part of ``static - kinetic`` at t, 1/2 at t = 1; and its derivative."""
 
 
 class LinearFalling(_Falling):
@@ -268,7 +268,7 @@ class FrictionBound(ABC):
     """Friction whose traction bound is known by pressure and place: it needs no passes."""
 
     rolls_along: ClassVar[bool] = False
-    """Whether it goes with the particles, and is for histories only."""
+    """True where it goes with the particles, and is for histories only."""
 
     @abstractmethod
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -22,9 +22,9 @@ from varcontact.scene.friction import (
 )
 
 ARGUMENTS = ("slip_velocity", "temperature", "pressure", "x", "y")
-"""What a function for `FrictionLaw` may take, by name."""
+"""Arguments that a function for `FrictionLaw` may take, by name."""
 ROUNDING = 1e-9
-"""What a product of factors may miss of its limits."""
+"""Excess of a product of factors over its limits that counts as rounding."""
 
 
 class LocalLaw(Law):

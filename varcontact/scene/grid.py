@@ -12,7 +12,7 @@ from varcontact.checks import Checked, choice, number, positive, whole
 from varcontact.errors import SceneError
 
 Edge = Literal["centres", "touched", "softened"]
-"""Which elements that the contact's edge cuts belong to it, see `Grid`."""
+"""Treatments of the elements that the contact's edge cuts, see `Grid`."""
 EDGES = get_args(Edge)
 Cells = tuple[int, int]
 """Equal parts of an element along y and along x."""

@@ -1,4 +1,4 @@
-"""What lies between the bodies: a layer of third-body material. It checks itself when made."""
+"""A layer of third-body material between the bodies. It checks itself when made."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class ThirdBody(
 
     @property
     def yields(self) -> bool:
-        """Whether it can flow."""
+        """True where it can flow."""
         return self.tau_c0 < math.inf
 
 
@@ -120,5 +120,5 @@ class Thermal(
 
     @property
     def effusivity(self) -> float:
-        """How much heat it takes in: ``sqrt(conductivity density heat_capacity)``."""
+        """Heat that it takes in: ``sqrt(conductivity density heat_capacity)``."""
         return math.sqrt(self.conductivity * self.density * self.heat_capacity)

@@ -52,7 +52,7 @@ _NO_MOTION: Any = None  # of every type of motion, for type checkers
 
 
 class _Entries(TypedDict, total=False):
-    """What a scene takes beside its motion, for type checkers."""
+    """Entries of a scene beside its motion, for type checkers."""
 
     bodies: Required[BodyPair | Body | tuple[Body | str, Body | str]]
     surface: Required[Surface]

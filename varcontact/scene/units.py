@@ -86,7 +86,7 @@ IN_MOTION = {
 }
 
 IN_WORDS = Units(length="length", force="force")
-"""Of scenes that name none."""
+"""Units of scenes that name none."""
 SI = Units(length="m", force="N")
 MM_N = Units(length="mm", force="N")
 """Millimetres and newtons, with moduli and pressures in N/mm^2 = MPa."""
