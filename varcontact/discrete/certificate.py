@@ -105,7 +105,7 @@ class Certificate:
     bounds: ForceBounds | Callable[[], ForceBounds] = field(repr=False)
 
     @property
-    def _known_bounds(self) -> ForceBounds:
+    def _computed_bounds(self) -> ForceBounds:
         if not isinstance(self.bounds, ForceBounds):
             object.__setattr__(self, "bounds", self.bounds())  # and frees what they take
         assert isinstance(self.bounds, ForceBounds)
@@ -121,7 +121,7 @@ class Certificate:
         softened as far as a pressure covers them that is not exact enough to tell, and where it is
         left out.
         """
-        return self._known_bounds.whole
+        return self._computed_bounds.whole
 
     def _repr_html_(self) -> str:
         measures = ("gap", "relative_gap", "residual", "normal_residual", "tangential_residual")
@@ -147,7 +147,7 @@ class Certificate:
         or infinite friction. In histories both are those of one step, for what the steps before
         left.
         """
-        return self._known_bounds.pressure_part
+        return self._computed_bounds.pressure_part
 
     def plain(self) -> dict[str, float | str | list[float]]:
         """Numbers, the level, and the bounds as two lists of three, by name: what a file keeps."""

@@ -310,7 +310,7 @@ class Stratified(ABC):
 
     @abstractmethod
     def stack(self, G: float, length: float) -> Any:
-        """The stack that gives its compliance by wave number, in units of a modulus and a length."""
+        """The stack that gives its compliance by wave number, in units of G and a length."""
 
 
 Body = Bodies | Layered | Viscoelastic | Stratified
