@@ -74,7 +74,7 @@ class Certificate:
         solution, positive elsewhere. In normal contact without friction, that
         of the normal problem. NaN where it is left out.
     relative_gap : float
-        The gap by ``sum(g_i |W_i| dx dy)``, the work of the full bound against
+        The gap relative to ``sum(g_i |W_i| dx dy)``, the work of the full bound against
         the rigid shift.
     residual : float
         Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the

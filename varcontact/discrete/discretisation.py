@@ -44,7 +44,7 @@ EXPONENT_MAX = 280
 """Powers of ten that forces and their work may have: floating point ends at 308."""
 
 SHIFT_MAX = 1e100
-"""Greatest rigid shift by the scale of displacements: squares of products with it stay in the
+"""Greatest dimensionless rigid shift: squares of products with it stay in the
 range."""
 
 

@@ -127,7 +127,7 @@ def arriving(disc: Discretisation, field: np.ndarray, fresh: float) -> np.ndarra
 
 
 def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
-    """Work that the tractions p of a state lose by friction in a step, by area, (ny, nx),
+    """Work that the tractions p of a state lose by friction in a step, per area, (ny, nx),
     dimensionless.
 
     In place it is ``-p.E`` by the shift E. In rolling ``-(p.E + p'.E')/2``: p and E of the

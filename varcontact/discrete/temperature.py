@@ -24,7 +24,7 @@ RISE = "temperature_rise"
 
 @dataclass(frozen=True, eq=False)
 class Heat:
-    """Frictional heat in a step, by area and time, and the contact area, (ny, nx)."""
+    """Frictional heat in a step, per area and time, and the contact area, (ny, nx)."""
 
     power: np.ndarray
     contact: np.ndarray
@@ -114,8 +114,8 @@ def _pieces(
 def surface_temperatures(
     heat: np.ndarray, contact: np.ndarray, dx: float, speed: float, bodies: tuple[Thermal, Thermal]
 ) -> np.ndarray:
-    """Temperatures (2, ny, nx) of both surfaces in steady rolling, from the heat by area and time
-    (ny, nx).
+    """Temperatures (2, ny, nx) of both surfaces in steady rolling, from the heat per area and
+    time (ny, nx).
 
     ``T_mean + int q(x') dx'/sqrt(x' - x) / ((beta_1 + beta_2) sqrt(pi V))`` over what lies ahead,
     with heat that is linear between the elements' centres; behind the contact each body goes back

@@ -88,7 +88,7 @@ class Thermal(
 ):
     """Thermal data of a body, for the temperature of its surface.
 
-    Heat is work by time, in the scene's units: only ``conductivity``
+    Heat is work per time, in the scene's units: only ``conductivity``
     [work/(time length temperature)] and the product ``density * heat_capacity``
     [work/(length^3 temperature)] count. For steel in N, mm and seconds 50 and
     3.53.
@@ -98,7 +98,7 @@ class Thermal(
     conductivity : float
         Positive.
     density, heat_capacity : float
-        Mass by volume, and heat by mass and temperature; positive.
+        Mass per volume, and heat per mass and temperature; positive.
     temperature : float
         Before contact; 0 (default), if only the rise is asked for.
 

@@ -44,7 +44,7 @@ class Steady(
     ----------
     vx, vy : float
         Longitudinal and lateral creepage [-]: rigid slip of body 1 over body 2
-        by rolling velocity (75).
+        divided by the rolling velocity (75).
     spin : float
         Spin creepage [1/length].
     Fx, Fy : float, optional
@@ -117,14 +117,14 @@ class Harmonic(
     Checked, path="motion", wave_number=at_least_zero, **dict.fromkeys(("vx", "vy", "spin"), number)
 ):
     """Rolling without slip (``friction=inf``) under creepages that swing:
-    ``v exp(i k q)`` by the distance rolled q.
+    ``v exp(i k q)`` at the distance rolled q.
 
     `solve` gives a `HarmonicSolution`, of complex amplitudes.
 
     Parameters
     ----------
     wave_number : float
-        k, circular frequency by rolling velocity [1/length]; up to that of a
+        k, circular frequency divided by the rolling velocity [1/length]; up to that of a
         wave of two elements.
     vx, vy, spin : float
         Amplitudes of the creepages, as of `Steady`.

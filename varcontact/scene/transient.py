@@ -52,7 +52,7 @@ class Transient(
     direction : int or sequence
         1: rolling towards positive x; -1: towards negative x.
     vx, vy, spin, ux, uy, rotation : float or sequence
-        Creepages, as of `Steady`, by the distance rolled, whatever its
+        Creepages, as of `Steady`, per distance rolled, whatever its
         direction; and a rigid shift in place in each step, as of `Shift`, added
         to theirs.
     Fx, Fy : float or sequence, optional
@@ -99,10 +99,9 @@ class Transient(
     A shift by a force, then rolling under it:
 
     >>> motion = Transient(steps=4, dq=[0, 0.1, 0.1, 0.1], Fx=-0.1)
-    >>> motion.step(1, dx=0.2)
-    TimeStep(dq=0.1, direction=1, vx=0.0, vy=0.0, spin=0.0, ux=0.0, uy=0.0, rotation=0.0, Fx=-0.1,
-    Fy=None, \
-spin_offset=0.16666666666666666, dt=None)
+    >>> step = motion.step(1, dx=0.2)
+    >>> step.dq, step.Fx, step.Fy
+    (0.1, -0.1, None)
     """
 
     steps: int

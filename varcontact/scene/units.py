@@ -50,8 +50,8 @@ class Units(Checked, path="units", length=_name, force=_name):
         length.
 
         Quantities are "length", "force", "pressure", "moment", "spin", "area", "line force" (force
-        by length), and "1"; and "slip", "creepage", "spin creepage", "work", "power density", which
-        are others in a `shift` than in rolling.
+        per length), and "1"; and "slip", "creepage", "spin creepage", "work", "power density",
+        which are others in a `shift` than in rolling.
         """
         quantity = moved(quantity, shift)
         L = self.length
@@ -71,7 +71,7 @@ class Units(Checked, path="units", length=_name, force=_name):
 
 
 def moved(quantity: str, shift: bool) -> str:
-    """The kind of a quantity of the motion: in rolling by the distance rolled, in a shift as it
+    """The kind of a quantity of the motion: in rolling per distance rolled, in a shift as it
     is.
     """
     return IN_MOTION.get(quantity, (quantity, quantity))[shift]
