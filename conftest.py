@@ -1,4 +1,4 @@
-"""For every test process: one BLAS thread, for the processes share the cores; before anything imports NumPy."""
+"""For every test process: one BLAS thread, before anything imports NumPy."""
 
 import os
 

@@ -39,7 +39,8 @@ def main(
         below.plot(sol.grid.x, sol.traction_bound[row], "--", color=line.get_color(), linewidth=0.8)
         stick = 100 * sol.areas["stick"] / sol.areas["contact"]
         print(
-            f"{name:10} Fx = {sol.force[0]:6.2f} N, peak {sol.pressure.max():5.0f} N/mm2, {stick:.0f} % sticks"
+            f"{name:10} Fx = {sol.force[0]:6.2f} N, peak {sol.pressure.max():5.0f} N/mm2, "
+            f"{stick:.0f} % sticks"
         )
     ax.set_ylabel("Pressure [N/mm²]")
     below.set_ylabel("Traction and its bound [N/mm²]")

@@ -47,7 +47,8 @@ def main(
         study = vc.converge(scene, numbers)
         row = study.limit(quantity)
         print(
-            f"{name}: {row['value']:.6g} +- {row['error']:.2g}, exactly {exact:.6g}; finest grid {row['finest']:.6g}, ",
+            f"{name}: {row['value']:.6g} +- {row['error']:.2g}, exactly {exact:.6g}; "
+            f"finest grid {row['finest']:.6g}, ",
             end="",
         )
         print(f"order {row['order']:.2f} ({row['order_low']:.2f} to {row['order_high']:.2f})")

@@ -117,7 +117,8 @@ def main(
             print(f"{motion:24s} {loop:16s} residual of the whole up to {worst:.1e}")
         else:
             print(
-                f"{motion:24s} {loop:16s} up to {most} passes, {len(failed)} of {len(table)} failed, {worst:.1e}"
+                f"{motion:24s} {loop:16s} up to {most} passes, "
+                f"{len(failed)} of {len(table)} failed, {worst:.1e}"
             )
     for ax in axes[-1]:
         ax.set_xlabel("friction f")

@@ -4,7 +4,8 @@ rivals.
 A circle of radius 1, G = 1, nu = 0.25, f = 1, Fz = 1, as below the paper's Fig. 24. Its variables
 (3.2.7) are
 
-    xi' = -ab G C11 vx / (3 f Fz),   eta' = -ab G C22 vy / (3 f Fz),   psi = -(ab)^1.5 G C23 spin / (f Fz),
+    xi' = -ab G C11 vx / (3 f Fz),   eta' = -ab G C22 vy / (3 f Fz),
+    psi = -(ab)^1.5 G C23 spin / (f Fz),
 
 so that the linear theory is F = f Fz (3 xi', 3 eta' + psi). Fig. 22 is pure creepage, Fig. 23 pure
 spin, and Fig. 24 has (1) xi' = eta', psi = 0, (2) xi' = psi, eta' = 0 and (3) eta' = -psi, xi' = 0.

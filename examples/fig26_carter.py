@@ -76,7 +76,8 @@ def main(picture: str = "fig26_carter.png", elements: int = 40) -> dict[str, flo
     exact, sol = carter(HERTZ, FRICTION, force=PART * FRICTION * HERTZ.force), solved(elements)
     numbers = errors(sol, exact)
     print(
-        f"creepage {sol.creepage[0]:.6f}, Carter {exact.creepage:.6f}; {elements} elements across the contact"
+        f"creepage {sol.creepage[0]:.6f}, Carter {exact.creepage:.6f}; "
+        f"{elements} elements across the contact"
     )
     for name, error in numbers.items():
         print(f"{name:<12} off by {100 * error:.2f} %")

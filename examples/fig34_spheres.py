@@ -48,7 +48,8 @@ def main(picture: str = "fig34_spheres.png", cells: int = 25) -> dict[str, vc.So
         draw_areas(ax, sol)
         ax.set_title(f"{title}: $F$ = ({sol.force[0]:.3f}, {sol.force[1]:.3f})")
         print(
-            f"{title:<16} F = ({sol.force[0]:.4f}, {sol.force[1]:.4f}), sticking {sol.elements['stick']} elements"
+            f"{title:<16} F = ({sol.force[0]:.4f}, {sol.force[1]:.4f}), "
+            f"sticking {sol.elements['stick']} elements"
         )
     for ax, title in ((axes[0, 1], "(a) spin"), (axes[1, 1], "(d) vx")):
         sol = cases[title]

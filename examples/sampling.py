@@ -100,7 +100,8 @@ def without_slip(
 ) -> dict[tuple[float, int], np.ndarray]:
     """Errors of the creepage coefficients by sampling point, step and edge."""
     print(
-        "No slip: mean errors over four places of the lattice in % of the limit, (noise) of a single place"
+        "No slip: mean errors over four places of the lattice in % of the limit, "
+        "(noise) of a single place"
     )
     row(
         "a/b, cells",
@@ -153,7 +154,8 @@ def limits(found: dict[tuple[str, str], vc.Convergence]) -> dict[tuple[str, str]
     edges.
     """
     print(
-        "\nWith slip: extrapolated from all grids, with error bars; % of f Fz (Mz: times (ab)^(1/2)). Then their mean"
+        "\nWith slip: extrapolated from all grids, with error bars; "
+        "% of f Fz (Mz: times (ab)^(1/2)). Then their mean"
     )
     row("", ["touched", "", "order", "centres", ""])
     exact = {}
@@ -185,7 +187,8 @@ def by_edge(
                     [2 * value[2 * n] - value[n] for value in values.values()]
                 )
     print(
-        "\nWith slip, by edge: root mean square of the errors of all in % of f Fz; (n, 2 n): extrapolated as of order 1"
+        "\nWith slip, by edge: root mean square of the errors of all in % of f Fz; "
+        "(n, 2 n): extrapolated as of order 1"
     )
     grids = [grid for edge, grid in left if edge == "touched"]
     grids.sort(key=lambda grid: (len(grid), grid))
@@ -198,7 +201,8 @@ def by_edge(
 def by_step(exact: dict[tuple[str, str], float], cells: tuple[int, ...]) -> None:
     """Errors by sampling point and by length of the step, in % of f Fz."""
     print(
-        "\nWith slip, by sampling point (dq = dx), and by step dq/dx (at 1/6): errors in % of f Fz, elements by centres"
+        "\nWith slip, by sampling point (dq = dx), and by step dq/dx (at 1/6): "
+        "errors in % of f Fz, elements by centres"
     )
     row("cells", [*(str(t) for t in OFFSETS), *(f"dq/dx = {s:g}" for s in STEPS)])
     for n in cells:
@@ -250,7 +254,8 @@ def by_margin(cells: int) -> dict[str, list[float]]:
         "K = 0.5, f = 3": replace(unlike, friction=3.0, motion=vc.Shift(ux=2.0)),
     }
     print(
-        "\nMargin: largest change of a force by f Fz, or of the approach, against a margin of 1; elements of the grid"
+        "\nMargin: largest change of a force by f Fz, or of the approach, "
+        "against a margin of 1; elements of the grid"
     )
     margins = (0, 1, 2, 4)
     row("", [f"margin {m}" for m in margins])

@@ -68,7 +68,8 @@ def main(
         ax.plot(history.position, history.normal_force / 1e3, label=f"{speed:g} m/s")
         below.plot(work.X, work)
         print(
-            f"{speed:4g} m/s: {history.normal_force.min() / 1e3:5.1f} to {history.normal_force.max() / 1e3:5.1f} kN"
+            f"{speed:4g} m/s: {history.normal_force.min() / 1e3:5.1f} "
+            f"to {history.normal_force.max() / 1e3:5.1f} kN"
         )
     ax.axvspan(25.0, 55.0, color="0.92", zorder=0)
     ax.set_ylabel("Normal force [kN]")

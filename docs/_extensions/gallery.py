@@ -38,7 +38,9 @@ GROUPS = {
 # in the folder pictures: this example takes minutes
 PICTURES_OF_FULL_RUNS = {"sampling": "sampling.png"}
 SMALLER = {
-    "compare_bank": "'compare_bank.png', cells=6, methods=('convex', 'active-set', 'clarabel', 'scs', 'tang')",
+    "compare_bank": (
+        "'compare_bank.png', cells=6, methods=('convex', 'active-set', 'clarabel', 'scs', 'tang')"
+    ),
     "corrugation": "cells=16, waves=25",
     "coupling_loops": "frictions=(0.01, 0.1, 1.0), unlikeness=(0.0, 0.2, 0.5)",
     "fig30_to_33_rolling_cylinders": "cells=60",
@@ -165,7 +167,8 @@ def examples(pattern: str) -> list[Example]:
 def card(example: Example, picture: str | None) -> str:
     """Its card in the index."""
     image = f":img-top: {picture}\n" if picture else ""
-    return f":::{{grid-item-card}} {example.title}\n:link: {example.name}\n:link-type: doc\n{image}:::\n"
+    head = f":::{{grid-item-card}} {example.title}\n:link: {example.name}\n"
+    return f"{head}:link-type: doc\n{image}:::\n"
 
 
 def first_panel(picture: np.ndarray) -> np.ndarray:
