@@ -184,8 +184,8 @@ class Lattice:
             simplex = max(halves, key=lambda half: float(self._weights(half).min()))
 
     def _weights(self, simplex: list[Point]) -> np.ndarray:
-        """Of the corners, in the root of the linear functions with their values: all positive where
-        it is inside.
+        """Weights of the corners in the root of the linear functions with their values: all positive
+        where it is inside.
         """
         values = np.array([self._value(point)[: len(simplex) - 1] for point in simplex])
         equations = np.vstack([values.T, np.ones(len(simplex))])

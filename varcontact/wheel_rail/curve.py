@@ -102,7 +102,7 @@ class Curve:
         return self._part(growing(self._grows(direction), breakpoint_near))
 
     def highest(self) -> Curve:
-        """Of the parts along which y keeps growing the highest; one within the noise of a steep
+        """The highest part along which y keeps growing; one within the noise of a steep
         side does not count.
         """
         runs = self._runs()
@@ -111,7 +111,7 @@ class Curve:
         return self._part(min(wide, key=lambda run: float(self._breakpoints[run, 1].min())))
 
     def widest(self) -> Curve:
-        """Of the parts along which y keeps growing the widest."""
+        """The widest part along which y keeps growing."""
         return self._part(max(self._runs(), key=self._width))
 
     def _runs(self) -> list[slice]:

@@ -22,7 +22,7 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import BALANCED, WheelSetOnTrack
 
 STEP = 1e-3
-"""Of the differences for derivatives, relative to the unit of an unknown."""
+"""Step of the differences for derivatives, relative to the unit of an unknown."""
 CREEPAGE = 1e-3
 """Unit of velocities, by the speed, and of the yaw."""
 SIDEWAYS = 0.1

@@ -135,10 +135,10 @@ class Overlap:
     """
 
     run: slice
-    """Of the locus."""
+    """Circles of the locus."""
     locus: Locus
     points: np.ndarray
-    """Of the locus at this height, shape (n, 3)."""
+    """Points of the locus at this height, shape (n, 3)."""
     depth: np.ndarray
     """Below the rail's surface, shape (n,)."""
     surface: np.ndarray

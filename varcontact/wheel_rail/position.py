@@ -35,7 +35,7 @@ def angle(field: str, value: Any) -> float:
 class Position(
     checks.Checked, path="position", roll=angle, yaw=angle, **dict.fromkeys(PLACES, checks.number)
 ):
-    """Where a wheel set is in the track, but for its height.
+    """Place of a wheel set in the track, but for its height.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Position(
 class Velocity(
     checks.Checked, path="velocity", speed=checks.positive, **dict.fromkeys(RATES, checks.number)
 ):
-    """How a wheel set moves.
+    """Velocities of a wheel set.
 
     Parameters
     ----------

@@ -57,7 +57,7 @@ class PatchSolution:
 
     @property
     def frame(self) -> Frame:
-        """Of the patch."""
+        """Frame of the patch."""
         return self.patch.frame
 
     @property
@@ -192,7 +192,7 @@ class WheelForces:
 
     @property
     def position(self) -> Position:
-        """Of the middle of the axle."""
+        """Position of the middle of the axle."""
         position: Position = self.case.position
         return position
 
@@ -203,7 +203,7 @@ class WheelForces:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Those of exact solutions; estimates have none."""
+        """Warnings of exact solutions; estimates have none."""
         return ()
 
     def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
@@ -464,17 +464,17 @@ class Wear:
 
     @property
     def t_gamma(self) -> float:
-        """Of all patches [N]."""
+        """T-gamma of all patches [N]."""
         return sum(each.t_gamma for each in self.patches)
 
     @property
     def power(self) -> float:
-        """Of all patches [W]."""
+        """Friction power of all patches [W]."""
         return sum(each.power for each in self.patches)
 
     @property
     def volume(self) -> float:
-        """Of all patches, by distance rolled [mm^3/mm]."""
+        """Volume of wear of all patches, divided by the distance rolled [mm^3/mm]."""
         return sum(each.volume for each in self.patches)
 
     def plot(self) -> Figure:

@@ -136,7 +136,7 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
 
     @property
     def constant(self) -> bool:
-        """Whether all slices are one profile."""
+        """True if all slices are one profile."""
         assert isinstance(self.profiles, tuple)
         return all(each is self.first for each in self.profiles) and not self.z.any()
 
@@ -473,12 +473,12 @@ class RailSurface:
         return np.stack([before, behind], axis=1)
 
     def sections(self, x: float) -> list[Curve]:
-        """Of all rails, (y, z)."""
+        """Sections of all rails, (y, z)."""
         there = (self.ends[:, 0] <= x) & (x <= self.ends[:, 1])
         return [self.parts[i].section(x).highest() for i in np.flatnonzero(there)]
 
     def section(self, x: float, y: float) -> Curve:
-        """Of the highest rail at a place, or of the nearest where it is between two."""
+        """Section of the highest rail at a place, or of the nearest where it is between two."""
         beyond = np.maximum(np.maximum(self.ends[:, 0] - x, x - self.ends[:, 1]), 0.0)
         nearest = int(beyond.argmin())
         curves = self.sections(float(np.clip(x, *self.ends[nearest])))

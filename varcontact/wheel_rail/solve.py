@@ -274,7 +274,7 @@ def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:
 
 
 def _check_methods(case: WheelGeometry, methods: dict[str, Any], theory: bool) -> None:
-    """What a wheel has not is refused."""
+    """Refuse methods that wheels do not have."""
     checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], "left out: it is for histories of steps")

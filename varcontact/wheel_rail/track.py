@@ -1,4 +1,4 @@
-"""Where rails and wheels are: track and wheel set, their dimensions and places.
+"""Track and wheel set: their dimensions, and the places of rails and wheels.
 
 Track coordinates: x forward, y to the right, z down; the origin is in the
 middle of the track at the height of the rail tops. Lengths are in millimetres.
@@ -34,7 +34,7 @@ FINE = 0.02
 class Irregularity(
     checks.Checked, path="irregularity", roll=angle, **dict.fromkeys(NUMBERS, checks.number)
 ):
-    """How far a rail is from its place in the track, and how fast it moves.
+    """Displacement of a rail from its place in the track, and its velocity.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ class Track(
 
     @property
     def constant(self) -> bool:
-        """Whether both rails are one profile along the track."""
+        """True if both rails are one profile along the track."""
         return (
             self.left_rail is self.right_rail is None
             and len(self.rails) == 1
@@ -236,7 +236,9 @@ class Track(
         return curve.moved(matrix * [SIGN[side], 1.0], shift)
 
     def surface(self, side: Side, s: float) -> RailSurface:
-        """Of all rails on a `side`, in track coordinates, x from a place `s` along the track."""
+        """Surface of all rails on a `side`, in track coordinates, x from a place `s` along the
+        track.
+        """
         placed = partial(self._in_track, side=side)
         return RailSurface(
             tuple(surface_of(each, placed, -s, backwards=side == "left") for each in self.rails)
@@ -342,7 +344,7 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
 
     @property
     def constant(self) -> bool:
-        """Whether the wheel is round."""
+        """True if the wheel is round."""
         return self._slices.constant
 
     @property
@@ -367,8 +369,8 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
         return curve
 
     def surface(self, side: Side, pitch: float) -> Surface:
-        """That of the wheel on a `side`, turned by `pitch`: (y from the middle of the axle, radius)
-        over the angle.
+        """Surface of the wheel on a `side`, turned by `pitch`: (y from the middle of the axle,
+        radius) over the angle.
         """
         return surface_of(
             self._slices, partial(self._on_axle, side=side), pitch, backwards=side == "left"

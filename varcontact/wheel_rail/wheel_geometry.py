@@ -109,7 +109,7 @@ class OnTrack(
     vertical_force=checks.positive,
     z=checks.number,
 ):
-    """What a wheel and a wheel set have in common, see `WheelOnRail`."""
+    """Entries that a wheel and a wheel set have in common, see `WheelOnRail`."""
 
     _words: ClassVar = {
         **dict.fromkeys(("load", "axle_load", "normal_force"), "vertical_force"),
@@ -386,8 +386,8 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
         return np.array([lateral, np.hypot(x, height) - self.wheelset.radius])
 
     def creepage(self, frame: Frame, approach: float, z: float) -> Creepages:
-        """Of the rail over the wheel in a `frame`, whose particle is in the rail by the `approach`;
-        axle at `z`.
+        """Creepages of the rail over the wheel in a `frame`, whose particle is in the rail by the
+        `approach`; axle at `z`.
         """
         body = self.body(z)
         particle = frame.globally(np.array([0.0, 0.0, approach]))

@@ -32,7 +32,7 @@ jump.
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the search for a height begins: at that of a solution, so much deeper, with its
+    """Begin of the search for a height: at that of a solution, so much deeper, with its
     operators if known.
     """
 
@@ -89,7 +89,7 @@ class WheelOnElements:
 
     @property
     def done(self) -> bool:
-        """Whether a height is found that bears the load."""
+        """True if a height is found that bears the load."""
         return self._search.done
 
     def propose(self) -> list[ContactOnGrid]:

@@ -79,7 +79,7 @@ class WheelSetSolution(WheelForces):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Those of the wheel set and of its wheels, each once; by `estimate` of the wheel set
+        """Warnings of the wheel set and of its wheels, each once; by `estimate` of the wheel set
         alone.
         """
         texts = [text for each in self.wheels for text in each.warnings]
@@ -87,12 +87,12 @@ class WheelSetSolution(WheelForces):
 
     @property
     def position(self) -> Position:
-        """Of the middle of the axle."""
+        """Place of the middle of the axle."""
         return self.left.case.position
 
     @property
     def velocity(self) -> Velocity:
-        """Of the middle of the axle."""
+        """Velocities of the middle of the axle."""
         return self.left.case.velocity
 
     @property
