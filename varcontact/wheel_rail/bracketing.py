@@ -184,7 +184,7 @@ class Lattice:
             simplex = max(halves, key=lambda half: float(self._weights(half).min()))
 
     def _weights(self, simplex: list[Point]) -> np.ndarray:
-        """Weights of the corners in the root of the linear functions with their values: all positive
+        """Weights of the corners in the root of the linear functions by their values: all positive
         where it is inside.
         """
         values = np.array([self._value(point)[: len(simplex) - 1] for point in simplex])
