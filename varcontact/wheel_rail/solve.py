@@ -369,6 +369,10 @@ def _from_first(
         except (NotConverged, SceneError) as error:
             if not target.by_default or (isinstance(error, SceneError) and str(error) != VARIES):
                 raise
+            try:
+                return _on_finer_elements(case, tol, methods, target, first, started)
+            except SceneError:  # of elements that nobody gave
+                raise error from None
     return _on_finer_elements(case, tol, methods, target, first, started)
 
 
