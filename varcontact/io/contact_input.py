@@ -95,7 +95,7 @@ def read_contact_input(path: str | Path) -> list[Scene]:
     ...  0  MODULE
     ... ''')
     >>> (scene,) = vc.read_contact_input(path)
-    >>> scene.motion
+    >>> scene.motion  # doctest: +NORMALIZE_WHITESPACE
     Steady(vx=0.0, vy=-0.000625, spin=0.000625, Fx=None, Fy=None, dq=0.4,
     spin_offset=0.16666666666666666, \
 slip_difference='first-order', speed=None)
