@@ -302,9 +302,7 @@ test_a_wrong_name_is_told_the_right_one = refusals(
 def test_a_load_that_cannot_be_met_exactly_says_so():
     with pytest.raises(NotConverged, match="no height of the axle was found that bears 80000 N"):
         wheel(2.0, dx=2.0, dy=2.0).solve(tol=1e-90)
-    with pytest.raises(
-        NotConverged, match=r"1e-05 N to within tol = 1e-06: heights are rounded more"
-    ):
+    with pytest.raises(NotConverged, match="heights are rounded: give a larger vertical_force"):
         wheel(2.0, vertical_force=1e-5).solve()
 
 

@@ -154,9 +154,8 @@ def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: 
     along = np.concatenate([each.ends.ravel() for each in overlaps])
     dx, dy = sides or (float(np.ptp(along)) / SAMPLES, float(np.ptp(across)) / SAMPLES)
     if not min(dx, dy) > 0:
-        raise NotConverged(
-            "wheel and rail overlap by no more than their heights are rounded", math.nan
-        )
+        rounded = "wheel and rail overlap by no more than their heights are rounded"
+        raise NotConverged(f"{rounded}: give a larger vertical_force, or z", math.nan)
     guard = SAMPLES_BESIDE
     if sides:
         guard = GUARD
