@@ -120,7 +120,7 @@ class Discretisation:
             )
         return dq / self.scales.length
 
-    @property
+    @lazy_property
     def transport(self) -> Transport:
         """The motion on the lattice; without one, a step in place."""
         motion = self.loading.motion
@@ -176,7 +176,7 @@ class Discretisation:
         """Dimensionless x and y of the element centres, (2, ny, nx)."""
         return np.array(np.meshgrid(self.lattice.x, self.lattice.y))
 
-    @property
+    @lazy_property
     def surroundings(self) -> Surroundings:
         """Surroundings of the interfaces: transport, fields carried by particles, implicit fields
         of this pass.
@@ -187,7 +187,7 @@ class Discretisation:
             arrived = previous.arrived
         return Surroundings(self.transport, arrived, self.loading.implicit)
 
-    @property
+    @lazy_property
     def frictional(self) -> Interface:
         """The interface of friction alone."""
         friction = self.loading.friction
@@ -198,7 +198,7 @@ class Discretisation:
             return FrictionLaw(friction)
         return Coulomb(friction)
 
-    @property
+    @lazy_property
     def interface(self) -> Interface:
         """Friction and layer between the bodies."""
         layer = self.loading.layer
