@@ -12,7 +12,7 @@ from tests.fuzz.files import files, flips
 from tests.fuzz.judge import faults, projected, untruths
 from tests.fuzz.outcome import Case
 from tests.fuzz.scenes import scene
-from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
+from varcontact.solvers.registry import normal_methods, states_program, tangential_methods
 from varcontact.theories.on_grid import THEORIES
 
 __all__ = ["arguments", "certificates", "files", "flips", "scenes"]
@@ -94,7 +94,9 @@ def options(rng: Random, chosen: vc.Scene) -> dict:
             continue
         keywords = drawn
         break
-    own = [name for name in ("normal", "tangential") if states_programs(keywords.get(name, ""))]
+    own = [
+        kind for kind in ("normal", "tangential") if states_program(kind, keywords.get(kind, ""))
+    ]
     if own and keywords.get("method") != "convex" and rng.random() < 0.4:
         keywords |= {"polish": False, "tol": 1e-5}
     if chosen.under_law and not isinstance(chosen.motion, vc.Transient) and rng.random() < 0.5:

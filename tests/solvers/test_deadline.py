@@ -12,7 +12,7 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
-from varcontact.solvers.conic.backends import INTERFACES, solve_normal, solve_tangential
+from varcontact.solvers.conic.backends import PROGRAM_SOLVERS
 from varcontact.solvers.conic.programs import normal_program
 from varcontact.solvers.interface import OutOfTime, Settings, SolveStats
 from varcontact.solvers.newton.normal import newton_normal
@@ -46,9 +46,11 @@ SOLVERS = {
     "splitting, tractions": lambda _, tangential, late: refine(
         tangential, late, unsolved(tangential)
     ),
-    "clarabel, pressures": lambda normal, _, late: solve_normal("clarabel", normal, late),
-    "osqp, pressures": lambda normal, _, late: solve_normal("osqp", normal, late),
-    "scs, tractions": lambda _, tangential, late: solve_tangential("scs", tangential, late),
+    "clarabel, pressures": lambda normal, _, late: PROGRAM_SOLVERS["clarabel"].normal(normal, late),
+    "osqp, pressures": lambda normal, _, late: PROGRAM_SOLVERS["osqp"].normal(normal, late),
+    "scs, tractions": lambda _, tangential, late: PROGRAM_SOLVERS["scs"].tangential(
+        tangential, late
+    ),
 }
 
 
@@ -62,9 +64,9 @@ def test_a_solver_ends_at_its_deadline(problems, name):
 @pytest.mark.parametrize("name", ["clarabel", "osqp", "scs"])
 def test_solvers_of_programs_are_given_the_time_that_is_left(problems, name):
     """None of it: they end by themselves, before they have solved the program."""
-    program, solver = normal_program(problems[0]), INTERFACES[name]
-    assert solver(program, Settings(), "").solved
-    ended = solver(program, Settings(deadline=LATE), "")
+    program, solver = normal_program(problems[0]), PROGRAM_SOLVERS[name]
+    assert solver.call(program, Settings()).solved
+    ended = solver.call(program, Settings(deadline=LATE))
     assert not ended.solved and "time" in ended.status.lower(), ended.status
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import refusals, refused
-from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
+from varcontact.solvers.registry import SOLVERS, normal_methods, states_program, tangential_methods
 
 ACTIVE_SETS = ("norm", "norm-single", "quadprog", "tang-safeguarded", "tang", "tang-exact")
 """They end on the right areas, and there solve a linear system: rounding is all that is left."""
@@ -53,7 +53,7 @@ def normal_scene(rolling, prescribed):
 
 
 def formulations(name):
-    return ("complementary", "potential") if states_programs(name) else ("auto",)
+    return ("complementary", "potential") if states_program("normal", name) else ("auto",)
 
 
 NORMAL = [
@@ -73,7 +73,7 @@ def test_normal_methods(rolling, check_kkt, name, formulation, prescribed):
     check_kkt(sol, 1e-11 if bare(name) in ACTIVE_SETS else REACHED["normal"])
     assert sol.converged
     assert sol.status["normal"]
-    if states_programs(name):
+    if states_program("normal", name):
         polished = vc.solve(scene, normal=name, formulation=formulation, tol=1e-9)
         check_kkt(polished, 1e-9)
         assert polished.certificate.residual < 1e-12, "polished to rounding"
@@ -111,11 +111,37 @@ def test_all_names_are_there():
     )
 
 
+@pytest.mark.parametrize("spec", SOLVERS.values(), ids=lambda spec: f"{spec.kind} {spec.name}")
+def test_an_entry_of_the_table_says_what_the_package_asks(spec):
+    """Nothing else is read off a name: a solver is a program's or matrix-free, not both, and what
+    takes intervals alone is no method where there are disks.
+    """
+    assert SOLVERS[spec.kind, spec.name] is spec
+    assert not (spec.matrix_free and spec.states_program)
+    assert bool(spec.needs) == spec.states_program
+    names = normal_methods() if spec.kind == "normal" else tangential_methods()
+    assert (spec.name in names) != spec.intervals_only
+
+
+def test_a_solver_of_any_name_is_one_entry(rolling, check_kkt, monkeypatch):
+    """Called, counted, certified and listed under its name, which says nothing by itself."""
+    newton = SOLVERS["tangential", "newton"]
+    own = dataclasses.replace(newton, name="cvxpy")
+    monkeypatch.setitem(SOLVERS, ("tangential", "cvxpy"), own)
+    sol = vc.solve(rolling(grid=CELLS), tangential="cvxpy")
+    check_kkt(sol, 1e-8)
+    assert sol.plan.formulation == "none" and "requested" in sol.plan.reasons["tangential"]
+    assert sol.calls["tangential"]["cvxpy"].count == 1
+    assert sol.solved_by["tangential"] == "cvxpy" and "cvxpy" in tangential_methods()
+    with pytest.raises(vc.SceneError, match=r"^tangential = .*did you mean cvxpy:SCS"):
+        vc.solve(rolling(grid=CELLS), tangential="cvxpy:scs")
+
+
 # ----------------------------------------------------------------------------- tangential
 
 
 def tangential_formulations(name, kind):
-    if not states_programs(name):
+    if not states_program("tangential", name):
         return ("auto", "marching") if kind == "steady" else ("auto",)
     return ("gap", "marching") if kind == "steady" else ("complementary", "potential", "gap")
 
@@ -176,7 +202,7 @@ def test_tangential_methods(rolling, check_kkt, name, kind, formulation, prescri
 
 @pytest.mark.parametrize(
     ("name", "kind", "formulation", "prescribed"),
-    cases([t for t in TANGENTIAL if states_programs(t[0])], ["both"]),
+    cases([t for t in TANGENTIAL if states_program("tangential", t[0])], ["both"]),
 )
 def test_polished_tangential_methods(rolling, check_kkt, name, kind, formulation, prescribed):
     scene = rolling(motion=motions(rolling, kind)[prescribed], grid=GRIDS[kind])
@@ -235,6 +261,8 @@ test_unknown_names = refusals(
     ({"normal": "qpsolvers:ecos"}, "ecos"),
     ({"tangential": "cvxpy:ECOS"}, "ecos"),
     ({"tangential": "cvxpy:CVXOPT"}, "cvxopt"),
+    ({"tangential": "cvxpy:ANY"}, "cvxpy"),
+    ({"normal": "qpsolvers:any"}, "qpsolvers"),
 ])  # fmt: skip
 def test_what_is_not_installed(rolling, monkeypatch, arguments, install):
     """Told before any work, with what to install."""

@@ -9,7 +9,7 @@ import varcontact as vc
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.conic.backends import solve_tangential
+from varcontact.solvers.conic.backends import PROGRAM_SOLVERS
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.splitting import refine
 
@@ -36,7 +36,7 @@ def test_tractions_from_an_interior_point_answer(rolling, motion):
     """
     disc, sol = posed(rolling(motion=motion, grid=CELLS))
     problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
-    rough = solve_tangential("clarabel", problem, Settings(1e-4))
+    rough = PROGRAM_SOLVERS["clarabel"].tangential(problem, Settings(1e-4))
     assert tangential_residual(problem, rough.traction, rough.rigid) > 1e-7
     fine = refine(problem, Settings(1e-12), rough)
     assert fine.solved

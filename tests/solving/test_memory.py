@@ -29,7 +29,7 @@ vc.solve(scene(6), tangential="{tangential}")  # imports
 before = psutil.Process().memory_info().rss
 sol = vc.solve(scene({cells}), tangential="{tangential}")
 most = 1024 * int(re.search(r"VmHWM:\\s*([0-9]+) kB", open("/proc/self/status").read())[1])
-said = peak(sol.plan.tangential, sol.plan.formulation, 2 * sol.elements["contact"])
+said = peak(sol.plan.solver_of("tangential"), sol.plan.formulation, 2 * sol.elements["contact"])
 print((most - before) / said)
 """
 

@@ -86,13 +86,14 @@ def test_where_both_together_fail_passes_go_on(monkeypatch, failing):
 )
 def test_no_pass_asks_for_more_than_the_next_one_sees(monkeypatch, changes):
     """Within passes accuracy grows with theirs; from one to the next nothing begins anew."""
-    asked, solve = [], registry.TANGENTIAL["newton"]
+    asked, newton = [], registry.SOLVERS["tangential", "newton"]
 
     def asking(problem, settings, start):
         asked.append((settings.tol, start is None))
-        return solve(problem, settings, start)
+        return newton.solve(problem, settings, start)
 
-    monkeypatch.setitem(registry.TANGENTIAL, "newton", asking)
+    spy = dataclasses.replace(newton, solve=asking)
+    monkeypatch.setitem(registry.SOLVERS, ("tangential", "newton"), spy)
     methods = {} if changes else {"normal": "newton", "coupling": "panagiotopoulos"}
     sol = vc.solve(ball(**changes), tangential="newton", **methods)
     residuals = [residual for _, residual in sol.passes]

@@ -10,8 +10,8 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
-from varcontact.solvers.interface import Settings, counted
-from varcontact.solvers.registry import tangential_solver
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.registry import SOLVERS
 from varcontact.solving import pipeline
 from varcontact.solving.coupling import Limits, fixed_point
 from varcontact.solving.pipeline import march, solve_problem
@@ -35,16 +35,20 @@ def gives_up(problem, settings, start):
 
 @pytest.fixture
 def replaced(monkeypatch):
-    """A function: put solvers of the tangential problem in the place of those of these names."""
+    """A function: put solvers of the tangential problem in the place of those of these names, as
+    long as these have no start.
+    """
 
     def replace(**solvers):
-        known = {
-            name.replace("_", "-"): counted(name.replace("_", "-"), each)
-            for name, each in solvers.items()
-        }
-        monkeypatch.setattr(
-            pipeline, "tangential_solver", lambda name: known.get(name) or tangential_solver(name)
-        )
+        for name, each in solvers.items():
+            spec = SOLVERS["tangential", name.replace("_", "-")]
+
+            def solve(problem, settings, start, each=each, spec=spec):
+                instead = each if start is None else spec.solve
+                return instead(problem, settings, start)
+
+            changed = dataclasses.replace(spec, solve=solve)
+            monkeypatch.setitem(SOLVERS, (spec.kind, spec.name), changed)
 
     return replace
 
@@ -94,12 +98,12 @@ def test_a_better_answer_is_asked_for_where_refinement_does_not_do(rolling, repl
     """A solver whose first answer is far away, and a refinement that does not help it: asked again,
     for more.
     """
-    clarabel, refine, asked = tangential_solver("clarabel"), pipeline.refine, []
+    clarabel, refine, asked = SOLVERS["tangential", "clarabel"], pipeline.refine, []
 
     def far(problem, settings, start):
         asked.append(settings.tol)
         return (
-            clarabel(problem, settings, start)
+            clarabel.solve(problem, settings, start)
             if len(asked) > 1
             else gives_up(problem, settings, start)
         )

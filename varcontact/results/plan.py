@@ -10,6 +10,7 @@ from varcontact.discrete.state import cells_of
 from varcontact.html import Reported, in_rows
 from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene
+from varcontact.solvers.registry import Kind, SolverSpec, solver_spec
 from varcontact.system import process
 from varcontact.theories.on_grid import THEORIES, Theory
 
@@ -71,11 +72,11 @@ class Sizes:
 
     grid: tuple[int, int]
     sides: tuple[float, float] | None
-    elements: dict[str, int]
-    unknowns: dict[str, int]
+    elements: dict[Kind, int]
+    unknowns: dict[Kind, int]
     mirrored: bool
     matrices: tuple[Matrix, ...]
-    memory: dict[str, float]
+    memory: dict[Kind, float]
     exact: bool
 
     @property
@@ -169,6 +170,36 @@ class Plan(Reported):
     def closed_form(self) -> bool:
         """True where the pressure is Hertz's."""
         return self.normal == "hertz"
+
+    def solver_of(self, problem: Kind) -> SolverSpec | None:
+        """The solver of one of the two problems; None in closed form, by a theory, or without one.
+
+        Parameters
+        ----------
+        problem : {"normal", "tangential"}
+        """
+        names: dict[Kind, str] = {"normal": self.normal, "tangential": self.tangential}
+        return solver_spec(problem, names[problem])
+
+    def matrix_free(self, problem: Kind) -> bool:
+        """True where a problem is solved without its matrix.
+
+        Parameters
+        ----------
+        problem : {"normal", "tangential"}
+        """
+        spec = self.solver_of(problem)
+        return spec is not None and spec.matrix_free
+
+    def states_program(self, problem: Kind) -> bool:
+        """True where a problem is handed to a solver as a convex program.
+
+        Parameters
+        ----------
+        problem : {"normal", "tangential"}
+        """
+        spec = self.solver_of(problem)
+        return spec is not None and spec.states_program
 
     def cells(self, scene: Scene) -> Cells:
         """Parts of an element along y and x on which the pressure is solved
@@ -292,7 +323,7 @@ def _words_of_grid(sizes: Sizes) -> str:
     return text
 
 
-def _words_of_problem(sizes: Sizes, problem: str) -> str:
+def _words_of_problem(sizes: Sizes, problem: Kind) -> str:
     elements = f"{sizes.elements[problem]} elements"
     unknowns = f"{sizes.unknowns[problem]} unknowns"
     if not sizes.exact:

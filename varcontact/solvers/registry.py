@@ -1,145 +1,197 @@
-"""The methods by name: one dict per kind, and two families behind an interface."""
+"""The table of solvers: each is an entry, with what the rest of the package asks of it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
-from functools import partial
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
+from typing import Any, Literal
 
 from varcontact import checks
-from varcontact.discrete.problems import RawSolution, TangentialProblem
-from varcontact.errors import SolverUnavailable
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.errors import SceneError, SolverUnavailable
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
-from varcontact.solvers.conic.backends import (
-    BACKENDS,
-    OTHERS,
-    WHEELS,
-    solve_normal,
-    solve_tangential,
-)
-from varcontact.solvers.interface import NormalSolver, Settings, TangentialSolver, counted
+from varcontact.solvers.conic.backends import PROGRAM_SOLVERS, ProgramSolver, unlisted
+from varcontact.solvers.interface import Settings, counted
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
 from varcontact.system.process import imported
 
-NORMAL: dict[str, NormalSolver] = {
-    "norm": lambda problem, settings, start: norm(problem, start, deadline=settings.deadline),
-    "norm-single": lambda problem, settings, start: norm(
-        problem, start, exchange="one", deadline=settings.deadline
-    ),
-    "newton": newton_normal,
+Kind = Literal["normal", "tangential"]
+"""The problems that solvers are for."""
+
+
+@dataclass(frozen=True)
+class SolverSpec:
+    """A solver of one kind of problem; called, it counts its calls under its name.
+
+    Attributes
+    ----------
+    name : str
+    kind : {"normal", "tangential"}
+    solve : callable
+        Of a problem, settings and a start, which may be None, to a raw solution.
+    matrix_free : bool
+        Whether it forms no matrix, reaches a given tolerance, and restarts by itself.
+    states_program : bool
+        Whether it hands a convex program to a solver; its answer can be polished.
+    needs : tuple of str
+        Packages that have to be installed.
+    intervals_only : bool
+        Whether it takes Coulomb's disks only where these are intervals, in line contact.
+    restarts : bool
+        Whether it is called again, from no start, where it fails from one (the step, the pass
+        or the creepage before).
+    """
+
+    name: str
+    kind: Kind
+    solve: Callable[[Any, Settings, RawSolution | None], RawSolution]
+    matrix_free: bool = False
+    states_program: bool = False
+    needs: tuple[str, ...] = ()
+    intervals_only: bool = False
+    restarts: bool = False
+
+    def __call__(
+        self,
+        problem: NormalProblem | TangentialProblem,
+        settings: Settings,
+        start: RawSolution | None,
+    ) -> RawSolution:
+        raw = self.once(problem, settings, start)
+        if not self.restarts or start is None or raw.solved:
+            return raw
+        restarted = self.once(problem, settings, None)
+        return replace(restarted, iterations=raw.iterations + restarted.iterations)
+
+    def once(
+        self,
+        problem: NormalProblem | TangentialProblem,
+        settings: Settings,
+        start: RawSolution | None,
+    ) -> RawSolution:
+        """The answer of one call."""
+        return counted(self.name, self.solve)(problem, settings, start)
+
+
+def _norm(exchange: Literal["set", "one"]) -> Callable[..., RawSolution]:
+    def solve(problem: NormalProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
+        return norm(problem, start, exchange=exchange, deadline=settings.deadline)
+
+    return solve
+
+
+def _tang(newton: Literal["inexact", "exact"]) -> Callable[..., RawSolution]:
+    def solve(
+        problem: TangentialProblem, settings: Settings, start: RawSolution | None
+    ) -> RawSolution:
+        return tang(problem, start, newton=newton, deadline=settings.deadline)
+
+    return solve
+
+
+def _tang_safeguarded(
+    problem: TangentialProblem, settings: Settings, start: RawSolution | None
+) -> RawSolution:
+    return tang_safeguarded(problem, start, settings=settings)
+
+
+def of_program(kind: Kind, solver: ProgramSolver) -> SolverSpec:
+    """A solver of programs as one of normal or of tangential problems."""
+
+    def solve(problem: Any, settings: Settings, _: RawSolution | None) -> RawSolution:
+        if kind == "normal":
+            return solver.normal(problem, settings)
+        return solver.tangential(problem, settings)
+
+    return SolverSpec(
+        solver.name,
+        kind,
+        solve,
+        states_program=True,
+        needs=solver.needs,
+        intervals_only=kind == "tangential" and not solver.cones,
+    )
+
+
+SOLVERS: dict[tuple[Kind, str], SolverSpec] = {
+    (spec.kind, spec.name): spec
+    for spec in (
+        SolverSpec("norm", "normal", _norm("set")),
+        SolverSpec("norm-single", "normal", _norm("one")),
+        SolverSpec("newton", "normal", newton_normal, matrix_free=True),
+        SolverSpec("tang", "tangential", _tang("inexact"), restarts=True),
+        SolverSpec("tang-exact", "tangential", _tang("exact"), restarts=True),
+        SolverSpec("tang-safeguarded", "tangential", _tang_safeguarded, restarts=True),
+        SolverSpec("newton", "tangential", newton_tangential, matrix_free=True),
+        *(of_program("normal", solver) for solver in PROGRAM_SOLVERS.values()),
+        *(of_program("tangential", solver) for solver in PROGRAM_SOLVERS.values()),
+    )
 }
-TANGENTIAL: dict[str, TangentialSolver] = {
-    "tang": lambda problem, settings, start: tang(problem, start, deadline=settings.deadline),
-    "tang-exact": lambda problem, settings, start: tang(
-        problem, start, newton="exact", deadline=settings.deadline
-    ),
-    "tang-safeguarded": lambda problem, settings, start: tang_safeguarded(
-        problem, start, settings=settings
-    ),
-    "newton": newton_tangential,
-}
+"""All solvers by kind and name, installed or not."""
 
-MATRIX_FREE = ("newton",)
-"""Methods of either kind that form no matrix, reach a given tolerance, and restart by
-themselves."""
 
-PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
-"""Called directly; others through the families."""
-
-CVXPY_SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "HIGHS")
+def solvers(kind: Kind) -> list[SolverSpec]:
+    """The solvers of one kind of problem, in the order of the table."""
+    return [spec for spec in SOLVERS.values() if spec.kind == kind]
 
 
 def normal_methods() -> list[str]:
     """Names of all methods of the normal problem, installed or not; "hertz" is the closed form."""
-    by_qpsolvers = [f"qpsolvers:{name}" for name in BACKENDS]
-    by_cvxpy = [f"cvxpy:{name}" for name in CVXPY_SOLVERS]
-    return ["hertz", *NORMAL, *PROGRAM_SOLVERS, *by_qpsolvers, *by_cvxpy]
+    return ["hertz", *(spec.name for spec in solvers("normal"))]
 
 
 def tangential_methods() -> list[str]:
     """Names of the methods that solve the tangential problem itself, installed or not."""
-    conic = [name for name in PROGRAM_SOLVERS if BACKENDS[name].cones]
-    by_cvxpy = [f"cvxpy:{name}" for name in CVXPY_SOLVERS if BACKENDS[name.lower()].cones]
-    return [*TANGENTIAL, *conic, *by_cvxpy]
+    return [spec.name for spec in solvers("tangential") if not spec.intervals_only]
 
 
-def normal_solver(name: str) -> NormalSolver:
-    """The solver of the normal problem of that name, its calls counted."""
-    return counted(
-        name, NORMAL.get(name, lambda problem, settings, _: solve_normal(name, problem, settings))
-    )
-
-
-def tangential_solver(name: str) -> TangentialSolver:
-    """The solver of the tangential problem of that name, its calls counted."""
-    solver = counted(
-        name,
-        TANGENTIAL.get(
-            name, lambda problem, settings, _: solve_tangential(name, problem, settings)
-        ),
-    )
-    if name.startswith("tang"):
-        return partial(_restarted, solver)
-    return solver
-
-
-def states_programs(name: str) -> bool:
-    """True for a method that hands a convex program to a solver; its answer can be polished."""
-    return name.split(":")[0] in (*PROGRAM_SOLVERS, "qpsolvers", "cvxpy")
-
-
-def available(field: str, name: str, known: Iterable[str]) -> str:
-    """A method's name, if there is such a method and what it needs is installed."""
-    names = list(known)
-    family, _, solver = str(name).partition(":")
-    in_family = solver and any(other.startswith(f"{family}:") for other in names)
-    if name not in names and not (in_family and _known_to(family, solver)):
-        checks.choice(field, name, names)
-    if states_programs(name):
-        wheel = WHEELS.get(solver.lower(), "")
-        missing = [package for package in (family, wheel) if package and find_spec(package) is None]
-        if missing:
-            raise SolverUnavailable(name, f"pip install {' '.join(missing)}")
-    return name
-
-
-def _known_to(interface: str, solver: str) -> bool:
-    """True if an interface knows a solver that is not in our table, installed or not."""
-    if solver.lower() in BACKENDS:
-        return False  # in the table, which says that it is not suitable
-    spelling = solver.upper() if interface == "cvxpy" else solver.lower()
-    if solver.lower() in OTHERS and solver == spelling:
-        return True
-    if interface == "cvxpy":
-        import cvxpy
-
-        return solver in cvxpy.installed_solvers()
-    import qpsolvers
-
-    return solver in qpsolvers.available_solvers
-
-
-def load_packages(*names: str) -> None:
-    """Import what methods need, so that no time measured afterwards contains it."""
-    for name in names:
-        if states_programs(name):
-            imported(name.partition(":")[0])
-
-
-def _restarted(
-    method: TangentialSolver,
-    problem: TangentialProblem,
-    settings: Settings,
-    start: RawSolution | None,
-) -> RawSolution:
-    """TANG; where a start (the step, the pass or the creepage before) fails, TANG from its own
-    start.
+def solver_spec(kind: Kind, name: str) -> SolverSpec | None:
+    """The solver of a name, in the table or behind an interface; None for a closed form, a theory
+    and what is no solver.
     """
-    raw = method(problem, settings, start)
-    if start is None or raw.solved:
-        return raw
-    restarted = method(problem, settings, None)
-    return replace(restarted, iterations=raw.iterations + restarted.iterations)
+    spec = SOLVERS.get((kind, name))
+    if spec is not None:
+        return spec
+    program_solver = unlisted(name)
+    if program_solver is None:
+        return None
+    return of_program(kind, program_solver)
+
+
+def solver(kind: Kind, name: str, names: Sequence[str] = ()) -> SolverSpec:
+    """The solver of a name; refused, with the names there are, where it is none."""
+    spec = solver_spec(kind, name)
+    if spec is None:
+        allowed = f"one of {', '.join(names)}{checks.nearest(name, names)}"
+        raise SceneError(kind, name, allowed)
+    return spec
+
+
+def matrix_free(kind: Kind, name: str) -> bool:
+    """True for a solver that forms no matrix."""
+    spec = solver_spec(kind, name)
+    return spec is not None and spec.matrix_free
+
+
+def states_program(kind: Kind, name: str) -> bool:
+    """True for a solver of convex programs."""
+    spec = solver_spec(kind, name)
+    return spec is not None and spec.states_program
+
+
+def check_installed(spec: SolverSpec) -> None:
+    """Refuse a solver whose packages are not there."""
+    missing = [package for package in spec.needs if find_spec(package) is None]
+    if missing:
+        raise SolverUnavailable(spec.name, f"pip install {' '.join(missing)}")
+
+
+def load_packages(normal: str, tangential: str) -> None:
+    """Import what solvers need, so that no time measured afterwards contains it."""
+    for spec in (solver_spec("normal", normal), solver_spec("tangential", tangential)):
+        if spec is not None:
+            for package in spec.needs:
+                imported(package)

@@ -462,9 +462,10 @@ def _size(scene: Scene, options: SolveOptions, n: float) -> tuple[int, float]:
     plan = options.plan_for(on_grid)
     solving = 0.0
     if not plan.closed_form:
-        solving = peak(plan.normal, "", elements)
+        solving = peak(plan.solver_of("normal"), "", elements)
     if plan.has_friction:
-        solving = max(solving, peak(plan.tangential, plan.formulation, 2 * elements))
+        by_tangential = peak(plan.solver_of("tangential"), plan.formulation, 2 * elements)
+        solving = max(solving, by_tangential)
     steps = 0.0
     if isinstance(scene.motion, Transient):
         steps = bytes_of_steps(scene.motion, elements)

@@ -22,8 +22,8 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import TimeStep
+from varcontact.solvers import registry
 from varcontact.solvers.interface import Settings, SolveStats
-from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.coupling import Limits, coupled_newton, distance, fixed_point
 from varcontact.solving.friction_law import (
     branch_of,
@@ -96,7 +96,8 @@ class ContactSolver:
             elements = problem.operator.elements
             if elements.size == 0:
                 raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
-            check_memory("normal", self.plan.normal, self.plan.formulation, elements.size)
+            normal = self.plan.solver_of("normal")
+            check_memory("normal", normal, self.plan.formulation, elements.size)
             start = None
             if np.any(state.pressure):
                 start = RawSolution(
@@ -117,7 +118,8 @@ class ContactSolver:
 
     def _pressure_tol(self, disc: Discretisation, state: ContactState) -> float:
         """Residual asked for of a pressure; the first ones, without tractions, place the grid."""
-        if not (self.plan.loops and state.passes and self.plan.normal in MATRIX_FREE):
+        may_be_rough = self.plan.matrix_free("normal")
+        if not (self.plan.loops and state.passes and may_be_rough):
             return self.tol
         # errors of pressures are seen by tractions K by friction times as large
         friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
@@ -206,7 +208,7 @@ class ContactSolver:
     def _traction_tol(self, disc: Discretisation, state: ContactState) -> float:
         """Residual asked for of tractions within passes."""
         law = disc.loading.law
-        if self.plan.tangential not in MATRIX_FREE:
+        if not self.plan.matrix_free("tangential"):
             return self.tol
         if law is None or law.continuous:
             return self._forcing_term(state)
@@ -244,7 +246,7 @@ class ContactSolver:
             traction, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(traction, problem.bound), rigid, 0, "start")
         mirror = None
-        if self.plan.tangential not in MATRIX_FREE:
+        if not self.plan.matrix_free("tangential"):
             mirror = mirror_of(problem)
         if mirror is None:
             return self._solve_tangential(problem, settings, start)
@@ -257,7 +259,8 @@ class ContactSolver:
         self, problem: TangentialProblem, settings: Settings, start: RawSolution | None
     ) -> RawSolution:
         unknowns = problem.rigid_shift.size
-        check_memory("tangential", self.plan.tangential, self.plan.formulation, unknowns)
+        tangential = self.plan.solver_of("tangential")
+        check_memory("tangential", tangential, self.plan.formulation, unknowns)
         return solve_problem(problem, self.plan, self.polish, settings, start)
 
     def _forcing_term(self, state: ContactState) -> float:
@@ -342,7 +345,7 @@ def _coupled(
     plan = solver.plan
     if plan.coupling == "newton":
         start = solver.traction(disc, start)
-        check_memory("coupled", "newton", "none", 3 * disc.grid.size)
+        check_memory("coupled", registry.solver("tangential", "newton"), "none", 3 * disc.grid.size)
         with solver.stats.stage("both"):
             disc, start = coupled_newton(
                 disc, start, Settings(tol, stats=solver.stats, deadline=solver.deadline)

@@ -29,7 +29,6 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
-from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
 from varcontact.solving.coupling import PASSES_MAX
 from varcontact.solving.friction_law import coefficient, weakening
@@ -478,7 +477,7 @@ def _certified(
     of the certificate, which may tell why.
     """
     plan = solver.plan
-    lazily = plan.tangential in MATRIX_FREE and solver.certify == "auto"
+    lazily = plan.matrix_free("tangential") and solver.certify == "auto"
     with solver.stats.stage("certificate"):
         certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
     residual = _residual_of_plan(plan, disc, state, certificate)

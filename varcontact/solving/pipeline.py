@@ -34,11 +34,9 @@ from varcontact.solvers.interface import (
 )
 from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
 from varcontact.solvers.registry import (
-    MATRIX_FREE,
-    TANGENTIAL,
-    normal_solver,
-    states_programs,
-    tangential_solver,
+    SolverSpec,
+    solver,
+    solver_spec,
 )
 from varcontact.solvers.splitting import refine
 from varcontact.system.process import SMALLER, fits, need
@@ -89,9 +87,10 @@ class Task:
         """The answer of the plan's solver, in steps of a march where the plan marches."""
         settings = replace(self.settings, tol=tol)
         if isinstance(self.problem, NormalProblem):
-            return normal_solver(self.plan.normal)(self.problem, settings, self.start)
+            return solver("normal", self.plan.normal)(self.problem, settings, self.start)
         if self.plan.formulation != "marching":
-            return tangential_solver(self.plan.tangential)(self.problem, settings, self.start)
+            named = solver("tangential", self.plan.tangential)
+            return named(self.problem, settings, self.start)
         plan = replace(self.plan, formulation="auto")
 
         def step(
@@ -115,15 +114,15 @@ def solve_problem(
     """The best answer of the attempts at a problem."""
     task = Task(problem, plan, polish, settings, start)
     if isinstance(problem, NormalProblem):
-        if states_programs(plan.normal):
+        if plan.states_program("normal"):
             return _by_program(task)
         return task.solved(settings.tol)
     # active sets and Newton's method
-    if problem.no_slip and plan.tangential not in MATRIX_FREE:
+    if problem.no_slip and not plan.matrix_free("tangential"):
         return NO_SLIP(problem, settings, None)
-    if not states_programs(plan.tangential):
+    if not plan.states_program("tangential"):
         tol = settings.tol
-        if plan.tangential not in MATRIX_FREE:
+        if not plan.matrix_free("tangential"):
             tol = UNPOLISHED * tol
         raw = task.solved(tol)
         if task.residual(raw) <= settings.tol:
@@ -154,7 +153,8 @@ def _fallback(task: Task, best: RawSolution) -> RawSolution:
         problem.symmetric or problem.symmetric_part is not None
     ):
         return best
-    if not fits(peak(program, formulation, problem.rigid_shift.size)):
+    needed = peak(solver_spec("tangential", program), formulation, problem.rigid_shift.size)
+    if not fits(needed):
         return best
     settings = replace(task.settings, formulation=formulation)
     by_program = replace(
@@ -298,35 +298,33 @@ def _polished(task: Task, best: RawSolution | None) -> RawSolution:
 def _active_sets(task: Task, start: RawSolution | None) -> RawSolution:
     """NORM, or the safeguarded TANG."""
     if isinstance(task.problem, NormalProblem):
-        return normal_solver("norm")(task.problem, task.settings, start)
-    name = "tang-safeguarded"
-    return counted(name, TANGENTIAL[name])(task.problem, task.settings, start)
+        return solver("normal", "norm")(task.problem, task.settings, start)
+    return solver("tangential", "tang-safeguarded").once(task.problem, task.settings, start)
 
 
-def peak(method: str, formulation: str, unknowns: float) -> float:
-    """Bytes that a method takes at its peak.
+def peak(spec: SolverSpec | None, formulation: str, unknowns: float) -> float:
+    """Bytes that a solver takes at its peak; None is one system of linear equations.
 
-    >>> print(f"{peak('clarabel', 'gap', 2 * 812) / 2**20:.0f} MiB")
+    >>> print(f"{peak(solver('tangential', 'clarabel'), 'gap', 2 * 812) / 2**20:.0f} MiB")
     519 MiB
     """
-    if method in MATRIX_FREE:
+    if spec is not None and spec.matrix_free:
         return BYTES_MATRIX_FREE * unknowns
     blocks = 2 if formulation in ("gap", "potential") else 1
     matrices = DENSE_MATRICES
-    if states_programs(method):
+    if spec is not None and spec.states_program:
         matrices *= 3 * blocks
     needed = 8 * matrices * unknowns**2
-    if method.startswith("cvxpy:") and blocks == 2:
+    if spec is not None and "cvxpy" in spec.needs and blocks == 2:
         return max(needed, BYTES_CVXPY * unknowns**4)
     return needed
 
 
-def check_memory(problem: str, method: str, formulation: str, unknowns: float) -> None:
+def check_memory(problem: str, spec: SolverSpec | None, formulation: str, unknowns: float) -> None:
     """Refuse a problem that does not fit into memory; a `TooLarge` says what does."""
-    taken = peak(method, formulation, unknowns)
+    taken = peak(spec, formulation, unknowns)
     remedy = SMALLER
-    if method not in MATRIX_FREE:
-        remedy = (
-            f'"newton" needs about {peak("newton", "", unknowns) / 2**30:.2g} GiB; or {SMALLER}'
-        )
+    if spec is None or not spec.matrix_free:
+        by_newton = peak(solver("tangential", "newton"), "", unknowns)
+        remedy = f'"newton" needs about {by_newton / 2**30:.2g} GiB; or {SMALLER}'
     need(f"the {problem} problem", taken, remedy)

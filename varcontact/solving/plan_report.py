@@ -24,7 +24,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solvers.registry import MATRIX_FREE, states_programs
+from varcontact.solvers.registry import Kind
 from varcontact.solving.options import CouplingName, FormulationName, MethodName
 from varcontact.solving.pipeline import check_memory, peak
 from varcontact.solving.selection import PRESETS, own_image, select, tangential_unknowns
@@ -120,7 +120,7 @@ def check_planned(planned: Plan) -> None:
     sizes = planned.sizes
     if sizes is not None and sizes.exact:
         for problem, unknowns in sizes.unknowns.items():
-            check_memory(problem, getattr(planned, problem), planned.formulation, unknowns)
+            check_memory(problem, planned.solver_of(problem), planned.formulation, unknowns)
 
 
 def _sizes(scene: Scene, plan: Plan) -> Sizes:
@@ -133,8 +133,8 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
     if placed:
         contact = _contact(scene, plan, grid)
     count = int(contact.sum())
-    elements = {"normal": count}
-    unknowns = {"normal": 0}
+    elements: dict[Kind, int] = {"normal": count}
+    unknowns: dict[Kind, int] = {"normal": 0}
     if not plan.closed_form:
         unknowns["normal"] = count * math.prod(plan.cells(scene))
     if plan.has_friction:
@@ -143,7 +143,7 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
         unknowns["tangential"] = 0
         if plan.solves:
             unknowns["tangential"] = round(tangential_unknowns(scene, plan, count))
-    mirrored = plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene)
+    mirrored = plan.solves and not plan.matrix_free("tangential") and own_image(scene)
     return Sizes(
         shape,
         grid.sides if grid.explicit else None,
@@ -152,7 +152,8 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
         mirrored=mirrored,
         matrices=_matrices(scene, plan, shape, unknowns, exact),
         memory={
-            name: peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()
+            problem: peak(plan.solver_of(problem), plan.formulation, n)
+            for problem, n in unknowns.items()
         },
         exact=exact,
     )
@@ -183,7 +184,7 @@ def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
 
 
 def _matrices(
-    scene: Scene, plan: Plan, shape: tuple[int, int], unknowns: dict[str, int], exact: bool
+    scene: Scene, plan: Plan, shape: tuple[int, int], unknowns: dict[Kind, int], exact: bool
 ) -> tuple[Matrix, ...]:
     rows = 2 * shape[0] - 1
     columns = 2 * shape[1] - 1
@@ -206,9 +207,10 @@ def _matrices(
         Matrix(name, "table", rows, columns, components * size, why)
         for name, components, why in tables
     ]
-    for problem, name in (("normal", "A_zz"), ("tangential", tangential)):
+    dense: tuple[tuple[Kind, str], ...] = (("normal", "A_zz"), ("tangential", tangential))
+    for problem, name in dense:
         n = unknowns.get(problem, 0)
-        if n and getattr(plan, problem) not in MATRIX_FREE:
+        if n and not plan.matrix_free(problem):
             why = f"the {problem} problem"
             matrices.append(Matrix(name, "dense", n, n, 8 * n**2, why, not exact))
     return tuple(matrices)
@@ -220,19 +222,19 @@ def _cost(scene: Scene, plan: Plan, sizes: Sizes) -> Cost:
     """
     seconds = 0.0
     needed = 0.0
+    to_solve = {"normal": not plan.closed_form, "tangential": plan.solves}
     for problem, elements in sizes.elements.items():
-        solver = getattr(plan, problem)
-        if solver == "hertz" or (problem == "tangential" and not plan.solves):
+        if not to_solve[problem]:
             continue
         kind = "active sets"
-        if solver in MATRIX_FREE:
+        if plan.matrix_free(problem):
             kind = "products"
-        elif states_programs(solver):
+        elif plan.states_program(problem):
             kind = "program"
         unknowns = float(elements)
         if problem == "tangential":
             unknowns = tangential_unknowns(scene, plan, elements)
         factor, exponent = SECONDS[kind]
         seconds += factor * elements**exponent
-        needed = max(needed, peak(solver, plan.formulation, unknowns))
+        needed = max(needed, peak(plan.solver_of(problem), plan.formulation, unknowns))
     return Cost(plan.method, plan.normal, plan.tangential, seconds, needed)

@@ -24,7 +24,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solvers import registry
-from varcontact.solvers.registry import MATRIX_FREE, TANGENTIAL, states_programs
+from varcontact.solvers.registry import Kind, SolverSpec, matrix_free, solver_spec, states_program
 from varcontact.solving.pipeline import check_memory
 from varcontact.theories.on_grid import THEORIES, why_not
 
@@ -234,22 +234,31 @@ def _check_method(method: str) -> None:
 
 def _check_solvers(scene: Scene, normal: str, tangential: str) -> None:
     """Refuse solvers that do not exist, are not installed, or are for the other problem."""
-    if normal != "auto":
-        registry.available("normal", normal, ("auto", *registry.normal_methods()))
-    if tangential == "auto":
-        return
+    if normal not in ("auto", "hertz"):
+        names = ("auto", *registry.normal_methods())
+        registry.check_installed(registry.solver("normal", normal, names))
+    if tangential not in ("auto", *THEORIES):
+        registry.check_installed(_tangential_spec(scene, tangential))
+
+
+def _tangential_spec(scene: Scene, name: str) -> SolverSpec:
+    """The solver of a name, if it is one for the scene's tangential problem."""
+    spec = solver_spec("tangential", name)
     methods = registry.tangential_methods()
     if one_direction(scene):  # Coulomb's disks then are intervals, and all programs quadratic
-        programs = [name for name in registry.normal_methods() if states_programs(name)]
-        methods += [name for name in programs if name not in methods]
-    if tangential in registry.normal_methods() and tangential not in methods:
-        why = "it is for normal problems"
-        if states_programs(tangential):
-            why = "it solves QPs, and Coulomb's disks are second-order cones"
-        raise SceneError(
-            "tangential", tangential, f"one of {', '.join(methods)}, or a theory: {why}"
-        )
-    registry.available("tangential", tangential, ("auto", *methods, *THEORIES))
+        every = [each.name for each in registry.solvers("tangential")]
+        methods += [each for each in every if each not in methods]
+    elif spec is not None and spec.intervals_only:
+        why = "it solves QPs, and Coulomb's disks are second-order cones"
+        raise _not_for_tractions(name, methods, why)
+    if spec is None and name in registry.normal_methods():
+        raise _not_for_tractions(name, methods, "it is for normal problems")
+    return registry.solver("tangential", name, ("auto", *methods, *THEORIES))
+
+
+def _not_for_tractions(name: str, methods: list[str], why: str) -> SceneError:
+    allowed = f"one of {', '.join(methods)}, or a theory: {why}"
+    return SceneError("tangential", name, allowed)
 
 
 def _preset(scene: Scene, requested: Requested) -> Preset:
@@ -326,13 +335,13 @@ def _normal(scene: Scene, requested: Requested, preset: Preset) -> tuple[str, st
         unknowns = elements_in_contact(scene)[0] * math.prod(cells_of(scene.edge, scene.line))
         if unknowns > MANY_PRESSURES:
             preset = NEWTON
-    return preset.normal, f"{_how(preset.normal)}; Hertz's pressure {why}"
+    return preset.normal, f"{_how('normal', preset.normal)}; Hertz's pressure {why}"
 
 
-def _how(solver: str) -> str:
-    if states_programs(solver):
+def _how(kind: Kind, solver: str) -> str:
+    if states_program(kind, solver):
         return "a convex program"
-    if solver in MATRIX_FREE:
+    if matrix_free(kind, solver):
         return "matrix-free Newton, the fastest at this size"
     if solver == "tang-exact":
         return "active sets, as printed"
@@ -349,13 +358,13 @@ def _tangential(scene: Scene, requested: str, preset: Preset) -> tuple[str, str]
     solver = requested
     if requested == "auto":
         solver = preset.tangential
-    if scene.no_slip and solver not in MATRIX_FREE:
+    if scene.no_slip and not matrix_free("tangential", solver):
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if requested != "auto":
         return requested, "requested"
     if preset.fallback == "none":
-        return solver, _how(solver)
-    return solver, f"{_how(solver)}; falls back to the convex program"
+        return solver, _how("tangential", solver)
+    return solver, f"{_how('tangential', solver)}; falls back to the convex program"
 
 
 def _coupling(scene: Scene, requested: Requested, plan: Plan) -> tuple[str, str]:
@@ -402,15 +411,15 @@ def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str]:
     """Formulations that a plan may have, the default first, and the reason."""
     steady = isinstance(scene.motion, Steady)
     tangential = plan.tangential
-    if states_programs(tangential):
+    if states_program("tangential", tangential):
         if steady:
             return ("gap", "marching"), "steady rolling has no energy formulation"
         reason = "the fewest unknowns; marching is for steady rolling"
         return ("complementary", "potential", "gap"), reason
-    if tangential in ("none", "no-slip") and states_programs(plan.normal):
+    if tangential in ("none", "no-slip") and plan.states_program("normal"):
         reason = "the fewest unknowns, and only the normal problem is a program"
         return ("complementary", "potential"), reason
-    if tangential in TANGENTIAL and steady:
+    if plan.solver_of("tangential") is not None and steady:
         return ("none", "marching"), f"{tangential} does not solve a program"
     return ("none",), "no program is solved"
 
@@ -456,14 +465,17 @@ def _check_edge(scene: Scene, plan: Plan) -> None:
     raise SceneError("grid.edge", scene.edge, message=message)
 
 
-def _check_belongs(field: str, name: str, method: str) -> None:
+def _check_belongs(field: Kind, name: str, method: str) -> None:
     """Refuse a solver that a method other than "auto" has not."""
     if method == "convex":
-        belongs = states_programs(name)
+        belongs = states_program(field, name)
         allowed = "a solver of programs, such as clarabel or scs"
     else:
-        solvers = registry.NORMAL if field == "normal" else TANGENTIAL
-        names = [each for each in solvers if each not in MATRIX_FREE]
+        names = [
+            each.name
+            for each in registry.solvers(field)
+            if not each.matrix_free and not each.states_program
+        ]
         if method == "kalker":
             names = [getattr(PRESETS[method], field)]
         belongs = name in names
@@ -542,7 +554,7 @@ def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
     unknowns = elements
     if not one_direction(scene):
         unknowns = 2 * elements
-    if plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene):
+    if plan.solves and not plan.matrix_free("tangential") and own_image(scene):
         return unknowns / 2
     return unknowns
 
@@ -554,4 +566,4 @@ def check_fits(scene: Scene, plan: Plan) -> None:
     wanted_grid(scene)
     if plan.closed_form and plan.solves and not isinstance(scene.motion, Transient):
         unknowns = tangential_unknowns(scene, plan, elements_in_contact(scene)[0])
-        check_memory("tangential", plan.tangential, plan.formulation, unknowns)
+        check_memory("tangential", plan.solver_of("tangential"), plan.formulation, unknowns)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,10 +13,10 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import (
-    available,
+    Kind,
     load_packages,
     normal_methods,
-    states_programs,
+    solver_spec,
     tangential_methods,
 )
 from varcontact.solving.selection import FORMULATIONS, PRESETS, select
@@ -77,7 +76,9 @@ class Method:
         plan = select(
             scene, normal, self.tangential or "auto", "auto", self.formulation, self.method
         )
-        if self.polish and not (states_programs(plan.tangential) or states_programs(plan.normal)):
+        to_polish = plan.states_program("normal")
+        to_polish |= plan.states_program("tangential")
+        if self.polish and not to_polish:
             allowed = 'without "+polish": only program solvers are polished'
             raise SceneError("methods", self.name, allowed)
         return plan
@@ -90,24 +91,26 @@ def _pair(text: str) -> tuple[str, str]:
     normal, bar, tangential = text.partition("|")
     every = ["auto", *tangential_methods(), *THEORIES]
     if bar:
-        _check_known(normal, ["auto", *normal_methods()])
-        _check_known(tangential, every)
+        if not _is_solver("normal", normal):
+            checks.choice("methods", normal, ["auto", *normal_methods()])
+        if not _is_solver("tangential", tangential):
+            checks.choice("methods", tangential, every)
         return normal, tangential
+    if _is_solver("normal", text):
+        return text, text if _is_solver("tangential", text) else ""
+    if _is_solver("tangential", text):
+        return "norm", text
     only_normal = [name for name in normal_methods() if name not in every]
-    _check_known(text, list(dict.fromkeys([*every, *PRESETS, *only_normal])))
-    takes_cones = text in every or (text.startswith("cvxpy:") and text not in only_normal)
-    tangential = text if takes_cones else ""
-    if text.startswith("tang"):
-        return "norm", tangential
-    if text in THEORIES:
-        return "auto", tangential
-    return text, tangential
+    checks.choice("methods", text, list(dict.fromkeys([*every, *PRESETS, *only_normal])))
+    if text == "hertz":
+        return text, ""
+    return "auto", text
 
 
-def _check_known(name: str, names: list[str]) -> None:
-    """Refuse unknown names; methods that are not installed are listed later."""
-    with suppress(SolverUnavailable):
-        available("methods", name, names)
+def _is_solver(kind: Kind, name: str) -> bool:
+    """True for a solver of one kind of problem, installed or not; what is not is listed later."""
+    spec = solver_spec(kind, name)
+    return spec is not None and not spec.intervals_only
 
 
 def attempted(

@@ -16,7 +16,7 @@ from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
-from varcontact.solvers.conic.backends import solve_tangential
+from varcontact.solvers.conic.backends import PROGRAM_SOLVERS
 from varcontact.solvers.interface import Settings
 
 HARD = 1.0644223380502587
@@ -103,7 +103,7 @@ def test_a_transient_step(rolling):
     printed, safe, program = (
         tang(step),
         tang_safeguarded(step),
-        solve_tangential("clarabel", step, Settings(1e-8)),
+        PROGRAM_SOLVERS["clarabel"].tangential(step, Settings(1e-8)),
     )
     assert printed.status == safe.status == "Solved"
     np.testing.assert_allclose(printed.traction, safe.traction, atol=1e-12)
@@ -127,13 +127,13 @@ def test_what_is_not_solved_says_so(rolling):
 @given(vx=st.floats(-0.2, 0.2), spin=st.floats(-0.3, 0.3), seed=st.integers(0, 10**6))
 def test_safeguarded_from_any_start(rolling, vx, spin, seed):
     """Through its name: where a start leads nowhere, its own start is tried."""
-    from varcontact.solvers.registry import tangential_solver
+    from varcontact.solvers.registry import solver
 
     problem = posed(rolling(motion=vc.Steady(vx=vx, spin=spin)))
     if not problem.rigid_shift.any():
         return
     start = RawSolution(np.random.default_rng(seed).normal(size=(2, problem.size)), np.zeros(2))
-    raw = tangential_solver("tang-safeguarded")(problem, Settings(), start)
+    raw = solver("tangential", "tang-safeguarded")(problem, Settings(), start)
     assert raw.status == "Solved"
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-11
 

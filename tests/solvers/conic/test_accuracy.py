@@ -10,18 +10,19 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.conic.backends import BACKENDS, solve_normal, solve_tangential
+from varcontact.solvers.conic.backends import BACKENDS
 from varcontact.solvers.interface import Settings
+from varcontact.solvers.registry import solver
 
 GRID = vc.Grid(nx=8, ny=8).spread((-1.2, 1.2, -0.9, 0.9))
 REQUESTS = (1e-2, 1e-4, 1e-6, 1e-8)
 
 
-def errors(solve, name, posed, exact, formulation):
+def errors(solve, posed, exact, formulation):
     """Largest error of a traction by the largest traction, for each request."""
     found = []
     for tol in REQUESTS:
-        raw = solve(name, posed, Settings(tol, formulation))
+        raw = solve(posed, Settings(tol, formulation), None)
         found.append(np.abs(raw.traction - exact.traction).max() / np.abs(exact.traction).max())
     return np.array(found)
 
@@ -53,7 +54,7 @@ def test_normal(rolling, name, formulation):
     posed = discretise(rolling(), GRID).normal_problem().reachable()
     # in the potential form the tractions are multipliers, known to fewer digits
     falls(
-        errors(solve_normal, name, posed, norm(posed), formulation),
+        errors(solver("normal", name), posed, norm(posed), formulation),
         1.0 if formulation == "complementary" else 10.0,
     )
 
@@ -71,7 +72,7 @@ def test_tangential(rolling, name, kind, formulation):
     )
     disc = discretise(rolling(motion=motion), GRID)
     posed = disc.tangential_problem(hertz_pressure(disc, unloaded(GRID)).pressure)
-    found = errors(solve_tangential, name, posed, tang_safeguarded(posed), formulation)
+    found = errors(solver("tangential", name), posed, tang_safeguarded(posed), formulation)
     # Cones: one traction where stick meets slip is worse than the gap to the power 2/3; 33 times
     # the request was seen.
     assert np.all(found <= 50 * np.array(REQUESTS) + 1e-6), found

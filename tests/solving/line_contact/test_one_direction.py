@@ -19,11 +19,13 @@ from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.interfaces.potential import project
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.solvers.conic.programs import tangential_program
-from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
+from varcontact.solvers.registry import normal_methods, states_program, tangential_methods
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 QUADRATIC = [
-    name for name in normal_methods() if states_programs(name) and name not in tangential_methods()
+    name
+    for name in normal_methods()
+    if states_program("normal", name) and name not in tangential_methods()
 ]
 MOTIONS = {
     "creepage along x": (vc.Steady(vx=0.02), "Fy"),
@@ -95,7 +97,7 @@ def test_every_solver(name, motion):
         if isinstance(described.motion, vc.Steady)
         else ["complementary", "potential", "gap"]
     )
-    for formulation in formulations if states_programs(name) else ["auto"]:
+    for formulation in formulations if states_program("tangential", name) else ["auto"]:
         if name == "qpsolvers:quadprog" and formulation != "complementary":
             with pytest.raises(vc.NotConverged, match="not positive definite"):
                 vc.solve(described, tangential=name, formulation=formulation)

@@ -1,5 +1,5 @@
-"""Every conic and QP solver as a solver of contact problems: one table, and one
-function for each interface.
+"""Every conic and QP solver as a solver of contact problems: one table of settings, one of solvers
+by name, and one function for each interface.
 
 The table says what one requested accuracy of the tractions means to each
 solver, and what has to be installed.
@@ -10,6 +10,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -122,36 +124,42 @@ FORMULATIONS = {"complementary": (True, False), "potential": (False, True), "gap
 """Formulations: conditions of tractions (true or false), and of shifts."""
 
 
-def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSolution:
-    """The normal problem through its QP by "clarabel", "osqp", "scs", or behind an interface as
-    "cvxpy:SCS".
+@dataclass(frozen=True)
+class ProgramSolver:
+    """A solver of programs by its name, called directly or behind an interface.
+
+    `cones`: whether it takes second-order cones. `needs`: packages that have to be installed.
     """
-    formulation = "potential" if settings.formulation == "potential" else "complementary"
-    if not problem.symmetric:
-        formulation = "gap"
-    program = normal_program(problem, *FORMULATIONS[formulation])
-    return solve_program(name, program, settings)
 
+    name: str
+    call: Callable[[ConicProgram, Settings], RawSolution]
+    cones: bool
+    needs: tuple[str, ...]
 
-def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) -> RawSolution:
-    """The tangential problem through a second-order-cone program; with one component, a quadratic
-    program.
+    def solve(self, program: ConicProgram, settings: Settings) -> RawSolution:
+        """The answer to a program; one that ends at the deadline raises `OutOfTime`."""
+        raw = self.call(program, settings)
+        check_time(settings.deadline)
+        return raw
 
-    Without a formulation: complementary energy for a symmetric problem (a shift, a step of a
-    march), else the gap.
-    """
-    formulation = settings.formulation
-    if formulation not in FORMULATIONS:
-        formulation = "complementary" if problem.symmetric else "gap"
-    return solve_program(name, tangential_program(problem, *FORMULATIONS[formulation]), settings)
+    def normal(self, problem: NormalProblem, settings: Settings) -> RawSolution:
+        """The normal problem through its QP."""
+        formulation = "potential" if settings.formulation == "potential" else "complementary"
+        if not problem.symmetric:
+            formulation = "gap"
+        return self.solve(normal_program(problem, *FORMULATIONS[formulation]), settings)
 
+    def tangential(self, problem: TangentialProblem, settings: Settings) -> RawSolution:
+        """The tangential problem through a second-order-cone program; with one component, a
+        quadratic program.
 
-def solve_program(name: str, program: ConicProgram, settings: Settings) -> RawSolution:
-    """A program by the solver of a name; one that ends at the deadline raises `OutOfTime`."""
-    family, _, solver = name.partition(":")
-    raw = INTERFACES[family](program, settings, solver)
-    check_time(settings.deadline)
-    return raw
+        Without a formulation: complementary energy for a symmetric problem (a shift, a step of a
+        march), else the gap.
+        """
+        formulation = settings.formulation
+        if formulation not in FORMULATIONS:
+            formulation = "complementary" if problem.symmetric else "gap"
+        return self.solve(tangential_program(problem, *FORMULATIONS[formulation]), settings)
 
 
 def _options(name: str, tol: float) -> dict[str, Any]:
@@ -159,7 +167,7 @@ def _options(name: str, tol: float) -> dict[str, Any]:
     return {} if backend is None else backend.options(tol)
 
 
-def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
+def _by_clarabel(program: ConicProgram, settings: Settings) -> RawSolution:
     import clarabel
 
     kinds = {
@@ -181,7 +189,7 @@ def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSoluti
     return RawSolution(traction, rigid, int(result.iterations), str(result.status), solved)
 
 
-def _by_osqp(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
+def _by_osqp(program: ConicProgram, settings: Settings) -> RawSolution:
     """OSQP, without cones of two components."""
     import osqp
 
@@ -205,7 +213,7 @@ def _by_osqp(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
     return RawSolution(traction, rigid, int(info.iter), str(info.status), solved)
 
 
-def _by_scs(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
+def _by_scs(program: ConicProgram, settings: Settings) -> RawSolution:
     import scs
 
     names = {"zero": "z", "nonnegative": "l", "second_order": "q"}
@@ -240,7 +248,7 @@ def _by_scs(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
     )
 
 
-def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
+def _by_qpsolvers(name: str, program: ConicProgram, settings: Settings) -> RawSolution:
     """A solver behind qpsolvers, without cones of two components."""
     from scipy.sparse import triu
 
@@ -277,7 +285,7 @@ def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSo
     return RawSolution(*program.recover(x, z), int(iterations), status, bool(result.found))
 
 
-def _by_cvxpy(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
+def _by_cvxpy(name: str, program: ConicProgram, settings: Settings) -> RawSolution:
     """A solver behind CVXPY."""
     from scipy.sparse import triu
 
@@ -328,10 +336,59 @@ def _cvxpy_constraints(program: ConicProgram, x: Any) -> list[tuple[np.ndarray, 
     return constraints
 
 
-INTERFACES: dict[str, Callable[[ConicProgram, Settings, str], RawSolution]] = {
-    "clarabel": _by_clarabel,
-    "osqp": _by_osqp,
-    "scs": _by_scs,
-    "qpsolvers": _by_qpsolvers,
-    "cvxpy": _by_cvxpy,
+def behind_qpsolvers(solver: str) -> ProgramSolver:
+    """A solver that qpsolvers calls by this name, as "piqp"; it states no cones."""
+    call = partial(_by_qpsolvers, solver)
+    return ProgramSolver(f"qpsolvers:{solver}", call, False, ("qpsolvers", *_wheels(solver)))
+
+
+def behind_cvxpy(solver: str) -> ProgramSolver:
+    """A solver that CVXPY calls by this name, as "SCS"; of one without an entry cones are asked."""
+    backend = BACKENDS.get(solver.lower())
+    cones = backend is None or backend.cones
+    call = partial(_by_cvxpy, solver)
+    return ProgramSolver(f"cvxpy:{solver}", call, cones, ("cvxpy", *_wheels(solver)))
+
+
+def _wheels(solver: str) -> tuple[str, ...]:
+    """The packages of a solver that an interface calls, as far as they are known."""
+    known = [name for name in WHEELS if name == solver.lower()]
+    return tuple(WHEELS[name] for name in known)
+
+
+BEHIND = {"qpsolvers": behind_qpsolvers, "cvxpy": behind_cvxpy}
+"""Solvers behind an interface: by "qpsolvers:<name>" and "cvxpy:<NAME>" any that is installed."""
+
+CVXPY_SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "HIGHS")
+
+PROGRAM_SOLVERS: dict[str, ProgramSolver] = {
+    solver.name: solver
+    for solver in (
+        ProgramSolver("clarabel", _by_clarabel, True, ("clarabel",)),
+        ProgramSolver("osqp", _by_osqp, False, ("osqp",)),
+        ProgramSolver("scs", _by_scs, True, ("scs",)),
+        *map(behind_qpsolvers, BACKENDS),
+        *map(behind_cvxpy, CVXPY_SOLVERS),
+    )
 }
+"""Solvers of programs by name, installed or not."""
+
+
+def unlisted(name: str) -> ProgramSolver | None:
+    """A solver out of the table that an interface knows, as "cvxpy:GUROBI"; None if none does."""
+    interface, _, solver = name.partition(":")
+    # one with settings is in the table, which says where it is suitable
+    if interface not in BEHIND or not solver or solver.lower() in BACKENDS:
+        return None
+    spellings = {"cvxpy": solver.upper(), "qpsolvers": solver.lower()}
+    if solver.lower() in OTHERS and solver == spellings[interface]:
+        return BEHIND[interface](solver)
+    if find_spec(interface) is None:  # which is told to whoever asks for it
+        return BEHIND[interface](solver)
+    if interface == "cvxpy":
+        installed = imported("cvxpy").installed_solvers()
+    else:
+        installed = imported("qpsolvers").available_solvers
+    if solver not in installed:
+        return None
+    return BEHIND[interface](solver)
