@@ -101,7 +101,7 @@ def random_sets(quick: bool) -> Table:
         bracketed = balance is None and scanned(case, points)  # what is found needs no scan
         missed += bracketed
         if bracketed or not mirrored:
-            print(seed, balance, other, reason, flush=True)
+            print(seed, balance, other, reason, bracketed, flush=True)
     head = (
         "wheel sets",
         "found",
