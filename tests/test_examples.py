@@ -51,6 +51,65 @@ def titles(figure):
     return [ax.get_title() for ax in figure.axes]
 
 
+def test_fig08_09_vermeulen_johnson(ran, pictures):
+    """Kalker's line is nearer to the exact theory than Vermeulen and Johnson's own, which is too
+    steep; their ellipse of stick is too small, and misses the leading edge.
+    """
+    example = script("fig08_09_vermeulen_johnson")
+    numbers = ran("fig08_09_vermeulen_johnson", "stick, ellipse", cells=16)
+    for name, forces in example.lines(np.linspace(0.0, 1.5, 151)).items():
+        np.testing.assert_array_equal(curves_of(pictures[0].axes[1])[name], forces)
+    assert numbers["Kalker's line"] < 0.022 < numbers["FASTSIM"] < 0.033
+    assert 0.05 < numbers["Vermeulen-Johnson"] < 0.055
+    # (131)-(134): r^2 of the contact sticks, r = 1 - w'
+    assert numbers["stick, ellipse"] == pytest.approx(0.6**2, rel=1e-12)
+    assert numbers["stick, exact"] == pytest.approx(0.41, abs=0.03)
+    middle, size = example.stick_ellipse(1 - 0.6**3)
+    assert middle + example.A * size == pytest.approx(example.A, rel=1e-12)
+
+
+def test_fig18_19_longitudinal_creepage(ran, pictures):
+    """FASTSIM is the closed form: a straight line up to the parabola, and its force; the exact
+    traction ends its stick area steeply, farther ahead.
+    """
+    example = script("fig18_19_longitudinal_creepage")
+    field, sol = ran("fig18_19_longitudinal_creepage", "from x = -0.394", points=40, cells=21)
+    row = field.y.size // 2
+    assert field.y[row] == pytest.approx(0.0, abs=1e-12)
+    x, end = field.x[row], example.stick_end()
+    line, parabola = (x - 1) * example.VX / example.L, 2 / np.pi * (1 - x**2)
+    np.testing.assert_allclose(field.traction[0, row], np.where(x > end, line, parabola), rtol=1e-9)
+    exact = vc.theories.simplified_force(1.0, 1.0, example.L, 1.0, example.VX, 0.0)
+    assert field.force[0] == pytest.approx(exact[0], abs=3e-3)
+    assert sol.force[0] == pytest.approx(exact[0], abs=0.05)
+    middle = sol.traction[0, sol.grid.ny // 2]
+    assert shows(pictures[0].axes[1], middle)
+    first = np.flatnonzero(sol.grid.x > example.exact_stick_end(sol))[0]
+    falls = np.diff(middle[first:])
+    assert falls[0] < 2 * falls[4] < 0
+    assert -0.4 < end < example.exact_stick_end(sol) < 0
+
+
+def test_fig20_stick_and_slip(ran, pictures):
+    """By either bound FASTSIM has three quarters of the areas and more; stick lies at the leading
+    edge, but for large spin.
+    """
+    example = script("fig20_stick_and_slip")
+    cases = ran("fig20_stick_and_slip", "(f) large spin", cells=15)
+    assert len(pictures[0].axes) == 12
+    for title, found in cases.items():
+        for method in ("fastsim", "fastsim-elliptic"):
+            assert example.alike(found[method], found["auto"]) > 0.76
+        for method in ("fastsim", "auto"):
+            state = found[method].state
+            if title.startswith("(f)"):
+                assert (state == 1).sum() < 10
+            else:
+                assert state[state.shape[0] // 2, -4] == 1  # behind the leading edge
+            if title.startswith("(b)"):
+                np.testing.assert_array_equal(state, state[::-1])
+
+
 def test_fig21_spin():
     """The paper's FASTSIM has Fy = -18.12 kN; the exact theory is within the 10-15 % of f Fz that
     the paper grants.

@@ -49,6 +49,17 @@ def test_elliptic_integrals_by_quadrature(ratio):
         assert getattr(integrals, name) == pytest.approx(value, rel=1e-9), name
 
 
+@pytest.mark.parametrize("t", [2, 10, 40, 70, 88, 90])
+def test_table_2(t):
+    """The axial ratio by cos t = |A - B|/(A + B): (103), cos t = m^2 (D - C)/E; 1 at 90 degrees."""
+    half = np.radians(t / 2)
+    contact = hertz(1 / np.cos(half) ** 2, 1 / np.sin(half) ** 2, STEEL, force=1.0)
+    ratio = min(contact.a / contact.b, 1.0)
+    integrals = elliptic_integrals(ratio)
+    cosine = (1 - ratio**2) * (integrals.D - integrals.C) / integrals.E
+    assert cosine == pytest.approx(np.cos(np.radians(t)), abs=1e-12)
+
+
 def test_sphere():
     """a^3 = 3 F R/(4 E*), d = a^2/R, p0 = 3 F/(2 pi a^2), with E* = G/(1 - nu) for like bodies."""
     force, R = 123.0, 0.05
