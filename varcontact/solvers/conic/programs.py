@@ -21,9 +21,11 @@ from varcontact.discrete.problems import NormalProblem, TangentialProblem
 class ConicProgram:
     """A convex program as plain data; P, the upper triangle, and A are sparse, by columns.
 
-    Cones are ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 1 + c)``, in the order
-    of the rows; a second-order cone is ``s[0] >= |s[1:]|``. `recover` takes variables and
-    multipliers (x, z), ``P x + q + A'z = 0``, to the problem's (traction, rigid).
+    Cones are ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 1 + c)``, in this
+    order, which is that of the rows; a second-order cone is ``s[0] >= |s[1:]|``. `recover` takes
+    variables and multipliers (x, z), ``P x + q + A'z = 0``, to the problem's (traction, rigid).
+    `variables` and `rows` have the places of their blocks by name; `energy` is that of an objective
+    of 1, divided by the area of an element.
     """
 
     P: Any
@@ -32,6 +34,9 @@ class ConicProgram:
     b: np.ndarray
     cones: list[tuple[str, int]]
     recover: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+    variables: dict[str, slice] = field(default_factory=dict)
+    rows: dict[str, slice] = field(default_factory=dict)
+    energy: float = 1.0
 
     @property
     def kinds(self) -> np.ndarray:
@@ -68,23 +73,45 @@ class _Parts:
 
     costs: list[np.ndarray] = field(default_factory=list)
     squares: list[np.ndarray] = field(default_factory=list)
-    rows: list[dict[str, Any]] = field(default_factory=list)
+    rows: dict[str, dict[str, Any]] = field(default_factory=dict)
     limits: list[np.ndarray] = field(default_factory=list)
     cones: list[tuple[str, int]] = field(default_factory=list)
 
     COLUMNS = ("traction", "shift_size", "rigid", "excess", "flow_size", "flow")
 
-    def add(self, cones: list[tuple[str, int]], limits: np.ndarray, **blocks: Any) -> None:
-        """Rows from their blocks by the names of `COLUMNS`."""
-        self.rows.append(blocks)
+    def add(
+        self, name: str, cones: list[tuple[str, int]], limits: np.ndarray, **blocks: Any
+    ) -> None:
+        """Rows under a name, from their blocks by the names of `COLUMNS`."""
+        self.rows[name] = blocks
         self.limits.append(limits)
         self.cones += cones
+
+    @property
+    def columns(self) -> list[str]:
+        return [name for name in self.COLUMNS if any(name in row for row in self.rows.values())]
 
     def matrix(self) -> Any:
         from scipy.sparse import bmat
 
-        columns = [name for name in self.COLUMNS if any(name in row for row in self.rows)]
-        return bmat([[row.get(name) for name in columns] for row in self.rows], format="csc")
+        blocks = [[row.get(name) for name in self.columns] for row in self.rows.values()]
+        return bmat(blocks, format="csc")
+
+    @property
+    def places(self) -> tuple[dict[str, slice], dict[str, slice]]:
+        """Places of the variables, and of the rows, by name."""
+        widths = {name: block.shape[1] for row in self.rows.values() for name, block in row.items()}
+        variables = _in_turn({name: widths[name] for name in self.columns})
+        heights = {name: limits.size for name, limits in zip(self.rows, self.limits, strict=True)}
+        return variables, _in_turn(heights)
+
+
+def _in_turn(sizes: dict[str, int]) -> dict[str, slice]:
+    """Places of blocks of some sizes that follow each other."""
+    ends = np.cumsum(list(sizes.values())).tolist()
+    return {
+        name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)
+    }
 
 
 def normal_program(
@@ -124,6 +151,7 @@ def normal_program(
         pressures = np.maximum(x[:n] if of_traction else z, 0.0) * pressure
         return pressures, np.array([approach], dtype=float)
 
+    variables, rows = parts.places
     return ConicProgram(
         P=_quadratic(quadratic, np.zeros(unknown_approaches)),
         q=np.concatenate([cost, -load[:unknown_approaches]]),
@@ -131,6 +159,9 @@ def normal_program(
         b=np.concatenate(parts.limits),
         cones=parts.cones,
         recover=recover,
+        variables=variables,
+        rows=rows,
+        energy=pressure * displacement,
     )
 
 
@@ -143,14 +174,15 @@ def _normal_conditions(
     n = distance.size
     parts = _Parts()
     if of_traction and load.size:
-        parts.add([("zero", 1)], load / n, traction=csc_matrix(np.ones((1, n)) / n))
+        mean = csc_matrix(np.ones((1, n)) / n)
+        parts.add("force", [("zero", 1)], load / n, traction=mean)
     if of_shift and load.size:
         approach = csc_matrix(np.ones((n, 1)))
-        parts.add([], distance, traction=csc_matrix(-matrix), rigid=approach)
+        parts.add("distance", [], distance, traction=csc_matrix(-matrix), rigid=approach)
     elif of_shift:
-        parts.add([], distance, traction=csc_matrix(-matrix))
+        parts.add("distance", [], distance, traction=csc_matrix(-matrix))
     if of_traction:
-        parts.add([], np.zeros(n), traction=-identity(n))
+        parts.add("pressure", [], np.zeros(n), traction=-identity(n))
     inequalities = sum(limits.size for limits in parts.limits) - len(parts.cones)
     parts.cones.append(("nonnegative", inequalities))
     return parts
@@ -189,6 +221,8 @@ def tangential_program(
     flow = None if problem.potential.flow is None else _ScaledFlow.of(problem, scaled)
     # variables: tractions, sizes of shifts, unknown rigid shifts; of a flow see there
     parts = _Parts(costs=[scaled.known * scaled.weight * (1.0 if of_traction else 0.0)])
+    if of_traction and problem.free:
+        _add_forces(parts, scaled)
     if of_shift:
         parts.squares.append(np.zeros(n + len(problem.free)))
         parts.costs.append(scaled.weight[:n])
@@ -200,30 +234,30 @@ def tangential_program(
         flow.add_to_traction(parts)
     if flow is not None and of_shift:
         flow.add_to_shift(parts)
-    A = parts.matrix()
     quadratic = scaled.weight[:, None] * scaled.matrix
-    spare = 0
     if of_traction and of_shift:
         quadratic += quadratic.T
-        spare = _spare_variables(n, c)
-    A.resize(A.shape[0], A.shape[1] + spare)
-    places = slice((1 + c) * n, (1 + c) * n + len(problem.free))
+    variables, rows = parts.places
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         shifts = np.zeros(c)
-        if of_shift:
-            shifts[problem.free] = x[places] * scaled.shift
-        else:
-            shifts[problem.free] = z[places] * (scaled.shift * scaled.most / scaled.carried)
+        if problem.free and of_shift:
+            shifts[problem.free] = x[variables["rigid"]] * scaled.shift
+        elif problem.free:
+            unit = scaled.shift * scaled.most / scaled.carried
+            shifts[problem.free] = z[rows["force"]] * unit
         return x[: c * n].reshape(c, n) * problem.bound, shifts
 
     return ConicProgram(
-        P=_quadratic(quadratic, *parts.squares, np.ones(spare)),
-        q=np.concatenate([*parts.costs, np.zeros(spare)]),
-        A=A,
+        P=_quadratic(quadratic, *parts.squares),
+        q=np.concatenate(parts.costs),
+        A=parts.matrix(),
         b=np.concatenate(parts.limits),
         cones=parts.cones,
         recover=recover,
+        variables=variables,
+        rows=rows,
+        energy=scaled.most * scaled.shift,
     )
 
 
@@ -282,19 +316,24 @@ def _add_shift_cones(parts: _Parts, scaled: _ScaledTangential, flow: _ScaledFlow
         blocks["rigid"] = csc_matrix(vectors @ uniform)
     if flow is not None:
         blocks["flow"] = vectors @ flow.flowing.T
-    parts.add([("second_order", 1 + c)] * n, vectors @ scaled.known, **blocks)
+    parts.add("shift", [("second_order", 1 + c)] * n, vectors @ scaled.known, **blocks)
+
+
+def _add_forces(parts: _Parts, scaled: _ScaledTangential) -> None:
+    """Tractions have the prescribed sums."""
+    from scipy.sparse import csc_matrix
+
+    _, c = scaled.shape
+    sums = csc_matrix(np.kron(np.eye(c)[scaled.free], scaled.share))
+    parts.add("force", [("zero", len(scaled.free))], scaled.forces, traction=sums)
 
 
 def _add_friction_disks(parts: _Parts, scaled: _ScaledTangential) -> None:
-    """Tractions are within their bound, and have the prescribed sums."""
-    from scipy.sparse import csc_matrix
-
+    """Tractions are within their bound."""
     n, c = scaled.shape
     radii, vectors = _in_cones(n, c)
-    parts.add([("second_order", 1 + c)] * n, radii @ np.ones(n), traction=-vectors)
-    if scaled.free:
-        sums = csc_matrix(np.kron(np.eye(c)[scaled.free], scaled.share))
-        parts.add([("zero", len(scaled.free))], scaled.forces, traction=sums)
+    cones = [("second_order", 1 + c)] * n
+    parts.add("bound", cones, radii @ np.ones(n), traction=-vectors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -335,6 +374,7 @@ class _ScaledFlow:
         parts.squares.append(self.bound**2 / (self.hardening * self.shift * self.most))
         parts.costs.append(np.zeros(m))
         parts.add(
+            "excess",
             [("second_order", 1 + self.components)] * m,
             radii @ (self.threshold / self.bound),
             traction=-(vectors @ self.flowing),
@@ -351,25 +391,12 @@ class _ScaledFlow:
         parts.costs.append(self.threshold / self.most)
         parts.costs.append(np.zeros(c * m))
         parts.add(
+            "flow",
             [("second_order", 1 + c)] * m,
             np.zeros((1 + c) * m),
             flow_size=-radii,
             flow=-vectors,
         )
-
-
-def _spare_variables(n: int, c: int) -> int:
-    """Number of variables, alone in the objective as x^2, that shorten Clarabel's factorisation.
-
-    Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the rows
-    with more than 15 sqrt(size) entries. Up to 500 elements that holds for the tractions (2 c n
-    entries) but not for the shifts (c n), and the order it then finds takes two to four times as
-    long as with no row called dense. Spare variables enlarge the size and cost nothing.
-    """
-    size = 3 * (1 + c) * n
-    if c * n + 2 >= 15 * np.sqrt(size):
-        return 0
-    return max(int(((2 * c * n + 16) / 15) ** 2) - size, 0)
 
 
 def _quadratic(matrix: np.ndarray, *diagonals: np.ndarray) -> Any:
