@@ -45,7 +45,9 @@ from .scene.scene import Scene
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.transient import Transient
 from .scene.units import MM_N, SI, Units
+from .solving.friction_problem import FrictionProblem, friction_problem
 from .solving.plan_report import plan
+from .solving.program import Program, program
 from .solving.solve import certify, solve
 from .solving.verify import load
 from .study.compare import Comparison, compare
@@ -83,6 +85,7 @@ __all__ = [
     "ExponentialFalling",
     "FrequencyResponse",
     "FrictionLaw",
+    "FrictionProblem",
     "Graded",
     "Grid",
     "Harmonic",
@@ -100,6 +103,7 @@ __all__ = [
     "Plan",
     "PlausibilityWarning",
     "PressureFalling",
+    "Program",
     "RationalFalling",
     "Reference",
     "SampledDistance",
@@ -134,6 +138,7 @@ __all__ = [
     "creep_curve",
     "creep_forces",
     "fit_creep_curve",
+    "friction_problem",
     "kinematics",
     "load",
     "no_slip_coefficients",
@@ -142,6 +147,7 @@ __all__ = [
     "plot_curve",
     "plot_growth",
     "plot_stress",
+    "program",
     "read_contact_input",
     "read_contact_output",
     "read_contact_result",

@@ -365,7 +365,7 @@ class Discretisation:
         if self.K != 0:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
         # directions in which anything moves, and the operators between them
-        forces = self._tangential_forces
+        forces = self.tangential_forces
         directions = self._directions(shift, forces, acting)
         softening = None
         if self.edge_compliance is not None:
@@ -388,7 +388,7 @@ class Discretisation:
         )
 
     @property
-    def _tangential_forces(self) -> list[float | None]:
+    def tangential_forces(self) -> list[float | None]:
         """Prescribed Fx and Fy, dimensionless; None where there is none."""
         motion = self.loading.motion
         assert motion is not None

@@ -26,12 +26,13 @@ from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady, TimeStep
+from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
 from varcontact.solving.coupling import PASSES_MAX
 from varcontact.solving.friction_law import coefficient, weakening
+from varcontact.solving.given_pressure import without_friction
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
 from varcontact.system.process import lazy_property
@@ -290,10 +291,7 @@ def _coarse_search(
     if plan.method != "convex":
         plan = replace(plan, normal="norm")
     coarse = ContactSolver(plan, SEARCH_TOL, True, solver.stats, deadline=solver.deadline)
-    if scene.bodies.relaxes:
-        frictionless = replace(scene, motion=Steady(speed=scene.speed), friction=0.0)
-    else:
-        frictionless = replace(scene, motion=None, friction=None)
+    frictionless = without_friction(scene)
     # which may lie within the samples
     depth = None if scene.approach is None else surface.reference_depth
     rows = None if scene.line else SEARCH_ELEMENTS

@@ -308,7 +308,7 @@ def _has_short_steps(motion: object, dx: float) -> bool:
     return isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT_STEP * dx
 
 
-def _why_not_hertz(scene: Scene) -> str:
+def why_not_hertz(scene: Scene) -> str:
     """Why the pressure is not Hertz's; nothing where it is."""
     rough = isinstance(scene.motion, Transient) and bool(scene.motion.heights)
     if rough or any(isinstance(surface, SampledDistance) for surface in scene.surfaces):
@@ -325,7 +325,7 @@ def _normal(scene: Scene, requested: Requested, preset: Preset) -> tuple[str, st
         return "hertz", "requested; closed form"
     if requested.normal != "auto":
         return requested.normal, "requested"
-    why = _why_not_hertz(scene)
+    why = why_not_hertz(scene)
     if not why:
         closed_form = (
             "closed form: the surface is Hertzian, and tractions do not change the pressure"
@@ -426,9 +426,8 @@ def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str]:
 
 def _check_methods(scene: Scene, requested: Requested, plan: Plan) -> None:
     """Refuse methods that cannot treat the scene."""
-    why_not_hertz = _why_not_hertz(scene)
-    if requested.normal == "hertz" and why_not_hertz:
-        allowed = f'"norm" or "clarabel": Hertz\'s pressure {why_not_hertz}'
+    if requested.normal == "hertz" and (why := why_not_hertz(scene)):
+        allowed = f'"norm" or "clarabel": Hertz\'s pressure {why}'
         raise SceneError("normal", "hertz", allowed)
     _check_edge(scene, plan)
     if requested.tangential in THEORIES and plan.has_friction:

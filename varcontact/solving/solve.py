@@ -12,36 +12,22 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
-from varcontact.discrete.contact_grid import known_grid
-from varcontact.discrete.discretisation import Discretisation, discretise
-from varcontact.discrete.state import (
-    ContactState,
-    cells_of,
-    hertz_pressure,
-    means,
-    unloaded,
-    with_subgrid,
-)
 from varcontact.errors import PlausibilityWarning, SceneError
 from varcontact.results.frequency import HarmonicSolution, harmonic_solution
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
-from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Harmonic, Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving import adaptive
 from varcontact.solving.friction_law import coefficient
+from varcontact.solving.given_pressure import check_placed, contact_under, field_of
 from varcontact.solving.history import solve_transient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, CouplingName, Options, SolveOptions
 from varcontact.solving.selection import select
 from varcontact.system.process import one_blas_thread
-
-TRACTION_RANGE = 1e50
-"""Greatest traction that is certified, by the scale of pressures: products of more leave floating
-point."""
 
 
 @overload
@@ -310,14 +296,10 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     checks.kind("scene", scene, Scene)
     _check_certifiable(scene)
     plan = select(scene, "hertz" if pressure is None else "clarabel")
-    grid = known_grid(scene)
-    disc = discretise(scene, grid)
-    if pressure is None:
-        state = hertz_pressure(disc, unloaded(grid))
-    else:
-        disc, state = _under_pressure(disc, pressure)
+    disc, state = contact_under(scene, pressure)
     scale = disc.scales.pressure
-    state = replace(state, traction=_field("traction", traction, (2, *grid.shape), scale) / scale)
+    shape = (2, *disc.grid.shape)
+    state = replace(state, traction=field_of("traction", traction, shape, scale) / scale)
     if isinstance(scene.friction, Law):
         disc = disc.under(friction=coefficient(disc, state))
     try:
@@ -332,48 +314,4 @@ def _check_certifiable(scene: Scene) -> None:
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
         allowed = "Steady or Shift, with no prescribed force, for tractions to be certified"
         raise SceneError("motion", motion, allowed)
-    placed = isinstance(scene.grid, Grid) and scene.grid.explicit
-    if not placed and scene.hertz is None:
-        allowed = "explicit, with dx, dy, x0 and y0, for tractions to be certified"
-        raise SceneError("grid", scene.grid, allowed)
-
-
-def _under_pressure(
-    disc: Discretisation, pressure: np.ndarray
-) -> tuple[Discretisation, ContactState]:
-    """The contact under a pressure [force/area], on the parts of its elements where these count in
-    part.
-    """
-    grid = disc.grid
-    cells = cells_of(grid.edge, grid.line)
-    pressures = _field("pressure", pressure, grid.divided(cells).shape, disc.scales.pressure)
-    if np.any(pressures < 0) or not np.any(pressures):
-        allowed = "zero or positive, and positive somewhere"
-        raise SceneError("pressure", float(pressures.min()), allowed)
-    base = disc.base
-    if cells != (1, 1):
-        disc = with_subgrid(disc, pressures)
-    lattice = disc if disc.subgrid is None else disc.subgrid.disc
-    pressures = pressures / disc.scales.pressure
-
-    # the approach, or the mean of the elements or parts which the pressure acts on, weighted by it
-    problem = lattice.normal_problem()
-    approach = problem.approach
-    if approach is None:
-        level = problem.distance + problem.operator.apply(pressures.reshape(1, -1))[0]
-        approach = float(pressures.ravel() @ level / pressures.sum())
-    approach += (lattice.base - base) / disc.scales.displacement
-    return disc, replace(unloaded(grid), pressure=means(pressures, cells), approach=approach)
-
-
-def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) -> np.ndarray:
-    """Numbers of a shape, of a size that can be computed with beside the scale of pressures."""
-    array = checks.array(name, values, shape=shape)
-    largest = float(np.abs(array).max())
-    if largest > TRACTION_RANGE * scale:
-        raise SceneError(
-            name,
-            largest,
-            f"at most {TRACTION_RANGE:g} times the contact's pressures, {scale:.3g}",
-        )
-    return array
+    check_placed(scene, "for tractions to be certified")

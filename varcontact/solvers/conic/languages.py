@@ -91,6 +91,7 @@ def for_qpsolvers(program: ConicProgram, dense: bool = False) -> Any:
 def for_cvxpy(program: ConicProgram) -> Any:
     """A ``cvxpy.Problem`` of the variable "x", a constraint for each kind of cones."""
     cp = imported("cvxpy")
+    program = program.polyhedral()
     x = cp.Variable(program.q.size, name="x")
     slack = program.b - program.A @ x
     constraints = []

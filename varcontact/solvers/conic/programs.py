@@ -8,6 +8,7 @@ disk is an interval.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -15,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.elasticity.operators import RestrictedOperator
+from varcontact.system.process import lazy_property
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +191,42 @@ def _normal_conditions(
     return parts
 
 
+def linear_operator(problem: NormalProblem | TangentialProblem) -> Any:
+    """M in the units of the programs, shifts by tractions, as a SciPy `LinearOperator` without a
+    matrix.
+    """
+    from scipy.sparse.linalg import LinearOperator
+
+    operator = problem.operator
+    symmetric = replace(operator, grid_operator=operator.grid_operator.symmetric_part())
+    if isinstance(problem, NormalProblem):
+        shape = (1, problem.distance.size)
+        own = np.ones(shape)
+        unit = operator.diagonal
+    else:
+        scaled = _ScaledTangential.of(problem)
+        shape = problem.rigid_shift.shape
+        own = np.broadcast_to(problem.bound, shape)
+        unit = scaled.shift
+
+    def product(x: np.ndarray) -> np.ndarray:
+        return (operator.apply(own * x.reshape(shape)) / unit).ravel()
+
+    def transposed(x: np.ndarray) -> np.ndarray:
+        field = x.reshape(shape)
+        return (own * _transposed(operator, symmetric, field) / unit).ravel()
+
+    size = math.prod(shape)
+    return LinearOperator((size, size), matvec=product, rmatvec=transposed, dtype=float)
+
+
+def _transposed(
+    operator: RestrictedOperator, symmetric: RestrictedOperator, field: np.ndarray
+) -> np.ndarray:
+    """Product with M', by M and its symmetric part."""
+    return 2 * symmetric.apply(field) - operator.apply(field)
+
+
 def _distance_units(problem: NormalProblem) -> tuple[float, float]:
     """Distance from which others count, that of the approach where it is known, and their unit."""
     lowest = float(problem.distance.min())
@@ -265,8 +304,8 @@ def tangential_program(
 class _ScaledTangential:
     """A tangential problem in the units of its program.
 
-    Tractions are divided by their own bound: `weight` (c n,) is the bound by the largest, `matrix`
-    gives shifts by tractions; `known` is the rigid shift, `forces` the prescribed sums.
+    Tractions are divided by their own bound: `weight` (c n,) is the bound by the largest; `known`
+    is the rigid shift, `forces` the prescribed sums.
     """
 
     shape: tuple[int, int]  # elements and components, (n, c)
@@ -276,9 +315,9 @@ class _ScaledTangential:
     carried: float  # sum of the bounds
     shift: float  # unit of shifts
     weight: np.ndarray
-    matrix: np.ndarray
     known: np.ndarray
     forces: np.ndarray
+    problem: TangentialProblem
 
     @classmethod
     def of(cls, problem: TangentialProblem) -> _ScaledTangential:
@@ -287,7 +326,8 @@ class _ScaledTangential:
         shift = float(np.abs(problem.rigid_shift).max())
         # part of the shift is unknown: no less than the elastic one by full tractions
         if problem.free or shift == 0:
-            shift = max(shift, float(np.abs(problem.operator.matrix @ bound).max()))
+            elastic = problem.operator.apply(bound.reshape(problem.components, -1))
+            shift = max(shift, float(np.abs(elastic).max()))
         shift = float(4.0 ** np.round(np.log(shift) / np.log(4)))
         forces = np.array([F for F in problem.force if F is not None])
         return cls(
@@ -298,10 +338,16 @@ class _ScaledTangential:
             carried=carried,
             shift=shift,
             weight=bound / bound.max(),
-            matrix=problem.operator.matrix * (bound / shift),
             known=problem.rigid_shift.ravel() / shift,
             forces=forces / (problem.area * carried),
+            problem=problem,
         )
+
+    @lazy_property
+    def matrix(self) -> np.ndarray:
+        """Shifts by tractions."""
+        bound = np.tile(self.problem.bound, self.problem.components)
+        return self.problem.operator.matrix * (bound / self.shift)
 
 
 def _add_shift_cones(parts: _Parts, scaled: _ScaledTangential, flow: _ScaledFlow | None) -> None:

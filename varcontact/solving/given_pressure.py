@@ -1,0 +1,84 @@
+"""The contact of a scene under a pressure that is given, or Hertz's: nothing is solved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.discrete.contact_grid import known_grid
+from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.state import (
+    ContactState,
+    cells_of,
+    hertz_pressure,
+    means,
+    unloaded,
+    with_subgrid,
+)
+from varcontact.errors import SceneError
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
+
+TRACTION_RANGE = 1e50
+"""Greatest traction that is taken, by the scale of pressures: products of more leave floating
+point."""
+
+
+def check_placed(scene: Scene, purpose: str) -> None:
+    """Refuse a scene whose grid is not placed before it is solved."""
+    placed = isinstance(scene.grid, Grid) and scene.grid.explicit
+    if not placed and scene.hertz is None:
+        allowed = f"explicit, with dx, dy, x0 and y0, {purpose}"
+        raise SceneError("grid", scene.grid, allowed)
+
+
+def without_friction(scene: Scene) -> Scene:
+    """The same bodies in contact without tractions; viscoelastic ones roll."""
+    if scene.bodies.relaxes:
+        return replace(scene, motion=Steady(speed=scene.speed), friction=0.0)
+    return replace(scene, motion=None, friction=None)
+
+
+def contact_under(scene: Scene, pressure: np.ndarray | None) -> tuple[Discretisation, ContactState]:
+    """The contact under a pressure [force/area], on the parts of its elements where these count in
+    part; under Hertz's where none is given.
+    """
+    grid = known_grid(scene)
+    disc = discretise(scene, grid)
+    if pressure is None:
+        return disc, hertz_pressure(disc, unloaded(grid))
+    cells = cells_of(grid.edge, grid.line)
+    pressures = field_of("pressure", pressure, grid.divided(cells).shape, disc.scales.pressure)
+    if np.any(pressures < 0) or not np.any(pressures):
+        allowed = "zero or positive, and positive somewhere"
+        raise SceneError("pressure", float(pressures.min()), allowed)
+    base = disc.base
+    if cells != (1, 1):
+        disc = with_subgrid(disc, pressures)
+    lattice = disc if disc.subgrid is None else disc.subgrid.disc
+    pressures = pressures / disc.scales.pressure
+
+    # the approach, or the mean of the elements or parts which the pressure acts on, weighted by it
+    problem = lattice.normal_problem()
+    approach = problem.approach
+    if approach is None:
+        level = problem.distance + problem.operator.apply(pressures.reshape(1, -1))[0]
+        approach = float(pressures.ravel() @ level / pressures.sum())
+    approach += (lattice.base - base) / disc.scales.displacement
+    return disc, replace(unloaded(grid), pressure=means(pressures, cells), approach=approach)
+
+
+def field_of(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) -> np.ndarray:
+    """Numbers of a shape, of a size that can be computed with beside the scale of pressures."""
+    array = checks.array(name, values, shape=shape)
+    largest = float(np.abs(array).max())
+    if largest > TRACTION_RANGE * scale:
+        raise SceneError(
+            name,
+            largest,
+            f"at most {TRACTION_RANGE:g} times the contact's pressures, {scale:.3g}",
+        )
+    return array
