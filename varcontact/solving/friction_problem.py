@@ -117,14 +117,18 @@ class FrictionProblem:
         disc = discretise(self.scene, known_grid(self.scene))
         if vars(solution.grid) != vars(disc.grid):
             raise SceneError("solution", "another grid", "of the problem's own scene and grid")
-        fields = np.array([solution.pressure, *solution.traction]) / self.scales["traction"]
-        r = fields.reshape(3, -1)[: self.spacedim, self.elements].T.ravel()
-        motion = disc.loading.motion
-        assert motion is not None
-        approach = (solution.approach - disc.base) / self.scales["shift"]
-        rigid = (np.array(solution.creepage[:2]) - motion.rigid[:2]) * unit_slip(disc)
-        unknowns = [-approach, *rigid]
-        return r, np.array([unknowns[row] for row in _prescribed(disc)])
+        r = self._rows([solution.pressure, *solution.traction]) / self.scales["traction"]
+        distance = solution.distance / self.scales["shift"]
+        velocity = self._rows([distance, *solution.slip * unit_slip(disc)])
+        # what the equations lack in the contact
+        lacking = (velocity - self.W @ r - self.q).reshape(-1, self.spacedim)
+        pressed = r[:: self.spacedim] > 0
+        return r, lacking[pressed].mean(axis=0)[_prescribed(disc)]
+
+    def _rows(self, fields: list[np.ndarray]) -> np.ndarray:
+        """Fields (ny, nx) along the normal, x and y as rows of the problem."""
+        flat = np.array(fields[: self.spacedim]).reshape(self.spacedim, -1)
+        return flat[:, self.elements].T.ravel()
 
     @checks.named_options()
     def save(

@@ -42,6 +42,7 @@ from varcontact.solvers.conic.programs import (
     tangential_program,
 )
 from varcontact.solvers.interface import SolveStats
+from varcontact.solvers.registry import SolverSpec, solver_spec
 from varcontact.solving.given_pressure import check_placed, contact_under, without_friction
 from varcontact.solving.options import TOLERANCE
 from varcontact.solving.pipeline import check_memory
@@ -119,7 +120,7 @@ class Program(Reported):
     def _conic(self) -> ConicProgram:
         posed = self._posed.posed
         unknowns = self._posed.unknowns
-        check_memory(self.problem, "clarabel", self.formulation, unknowns)
+        check_memory(self.problem, self._posed.example, self.formulation, unknowns)
         of_traction, of_shift = FORMULATIONS[self.formulation]
         if isinstance(posed, NormalProblem):
             return normal_program(posed, of_traction, of_shift)
@@ -317,6 +318,13 @@ class _Posed:
     state: ContactState
     plan: Plan
     posed: NormalProblem | TangentialProblem
+
+    @property
+    def example(self) -> SolverSpec | None:
+        """A solver that needs about as much memory as others."""
+        if isinstance(self.posed, NormalProblem):
+            return solver_spec("normal", "clarabel")
+        return solver_spec("tangential", "clarabel")
 
     @property
     def unknowns(self) -> int:

@@ -256,11 +256,11 @@ def tangential_program(
     least of that and ``g |E - e|`` is the conjugate.
     """
     scaled = _ScaledTangential.of(problem)
-    n, c = scaled.shape
+    n = problem.size
     flow = None if problem.potential.flow is None else _ScaledFlow.of(problem, scaled)
     # variables: tractions, sizes of shifts, unknown rigid shifts; of a flow see there
     parts = _Parts(costs=[scaled.known * scaled.weight * (1.0 if of_traction else 0.0)])
-    if of_traction and problem.free:
+    if of_traction:
         _add_forces(parts, scaled)
     if of_shift:
         parts.squares.append(np.zeros(n + len(problem.free)))
@@ -277,23 +277,13 @@ def tangential_program(
     if of_traction and of_shift:
         quadratic += quadratic.T
     variables, rows = parts.places
-
-    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        shifts = np.zeros(c)
-        if problem.free and of_shift:
-            shifts[problem.free] = x[variables["rigid"]] * scaled.shift
-        elif problem.free:
-            unit = scaled.shift * scaled.most / scaled.carried
-            shifts[problem.free] = z[rows["force"]] * unit
-        return x[: c * n].reshape(c, n) * problem.bound, shifts
-
     return ConicProgram(
         P=_quadratic(quadratic, *parts.squares),
         q=np.concatenate(parts.costs),
         A=parts.matrix(),
         b=np.concatenate(parts.limits),
         cones=parts.cones,
-        recover=recover,
+        recover=_tangential_answer(scaled, variables, rows),
         variables=variables,
         rows=rows,
         energy=scaled.most * scaled.shift,
@@ -350,6 +340,24 @@ class _ScaledTangential:
         return self.problem.operator.matrix * (bound / self.shift)
 
 
+def _tangential_answer(
+    scaled: _ScaledTangential, variables: dict[str, slice], rows: dict[str, slice]
+) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Function of variables and multipliers to tractions (c, n) and the unknown shift (c,)."""
+    n, c = scaled.shape
+    multiplier_unit = scaled.shift * scaled.most / scaled.carried
+
+    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        shifts = np.zeros(c)
+        if "rigid" in variables:
+            shifts[scaled.free] = x[variables["rigid"]] * scaled.shift
+        elif "force" in rows:
+            shifts[scaled.free] = z[rows["force"]] * multiplier_unit
+        return x[: c * n].reshape(c, n) * scaled.problem.bound, shifts
+
+    return recover
+
+
 def _add_shift_cones(parts: _Parts, scaled: _ScaledTangential, flow: _ScaledFlow | None) -> None:
     """Sizes of shifts are no less than the shifts, less what flows."""
     from scipy.sparse import csc_matrix
@@ -366,10 +374,12 @@ def _add_shift_cones(parts: _Parts, scaled: _ScaledTangential, flow: _ScaledFlow
 
 
 def _add_forces(parts: _Parts, scaled: _ScaledTangential) -> None:
-    """Tractions have the prescribed sums."""
+    """Tractions have the prescribed sums, where there are any."""
     from scipy.sparse import csc_matrix
 
     _, c = scaled.shape
+    if not scaled.free:
+        return
     sums = csc_matrix(np.kron(np.eye(c)[scaled.free], scaled.share))
     parts.add("force", [("zero", len(scaled.free))], scaled.forces, traction=sums)
 
