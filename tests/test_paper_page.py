@@ -11,7 +11,8 @@ import varcontact as vc
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "paper.md").read_text()
-NAMES = sorted(set(re.findall(r"`((?:vc|varcontact)\.[\w.]+)`", PAGE)))
+THEORY = (ROOT / "docs" / "theory.md").read_text()
+NAMES = sorted(set(re.findall(r"`((?:vc|varcontact)\.[\w.]+)`", PAGE + THEORY)))
 TESTS = sorted(set(re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", PAGE)))
 EXAMPLES = sorted(set(re.findall(r"\[`(\w+)`\]\(gallery/(\w+)\.md\)", PAGE)))
 ROWS = [line for line in PAGE.splitlines() if line.startswith("| ")]
