@@ -431,7 +431,7 @@ def _of_pressures(scene: Scene, formulation: str) -> Program:
     if scene.coupled and not scene.frictionless:
         notes.append(f"no tractions, which would change the pressure ({scene.difference})")
     scene = without_friction(scene)
-    plan = select(scene, "clarabel")
+    plan = select(scene, Methods(normal="clarabel"))
     disc = discretise(scene, known_grid(scene))
     cells = plan.cells(scene)
     lattice = disc
@@ -458,7 +458,8 @@ def _of_tractions(scene: Scene, formulation: str, pressure: np.ndarray | None) -
     normal = "hertz"
     if pressure is not None:
         normal = "clarabel"
-    plan = select(scene, normal, "clarabel", "johnson")
+    methods = Methods(normal=normal, tangential="clarabel", coupling="johnson")
+    plan = select(scene, methods)
     disc, state = contact_under(scene, pressure)
     notes = _held_fixed(scene, disc)
     posed = disc.tangential_problem(state.pressure)
