@@ -158,7 +158,7 @@ def passes(says, useless=True):
         return after, residual(after)
 
     first = tangential(START)
-    best = fixed_point(one, first, residual(first), "traction", Limits(1e-8, passes=500))
+    best = fixed_point(one, first, residual(first), ("traction",), Limits(1e-8, passes=500))
     return len(best.passes) - 1, best
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import refused
-from varcontact.discrete.temperature import surface_temperatures
+from varcontact.interfaces.heat import surface_temperatures
 
 HALF = vc.Thermal(1.0, 1.0, 0.25)  # two of effusivity 1/2
 STEEL = vc.Thermal(conductivity=50.0, density=7.85e-9, heat_capacity=4.5e8)

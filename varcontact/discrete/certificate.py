@@ -177,7 +177,7 @@ def certificate_of(
         disc, state.pressure, state.approach, state.traction
     )
     tangential = None
-    if not disc.loading.frictionless:
+    if not disc.frictionless:
         tangential = disc.tangential_problem(state.pressure, acting=state.traction)
     if level == "auto":
         level = _level_by_size(tangential)
@@ -262,7 +262,7 @@ def _tangential_bounds(
     if closed_form:
         return force_bound(tangential, tractions, shifts), np.zeros(3)
     error = None
-    if disc.loading.coefficient is not None and not (tangential.no_slip or tangential.free):
+    if disc.coefficient is not None and not (tangential.no_slip or tangential.free):
         normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach)
         error = pressure_error(normal, pressure, float(approach[0]))
     if error is None:
@@ -274,7 +274,7 @@ def _tangential_bounds(
     elements = means(1.0 * possible.reshape(disc.grid.divided(disc.cells).shape), disc.cells) > 0
     wider = disc.tangential_problem(state.pressure, acting=state.traction, possible=elements)
     of_means = size / math.sqrt(math.prod(disc.cells))
-    part = pressure_part(wider, of_means * float(np.max(np.asarray(disc.loading.coefficient))))
+    part = pressure_part(wider, of_means * float(np.max(np.asarray(disc.coefficient))))
     return force_bound(wider, *wider.of_grid(state.traction, state.rigid)) + part, part
 
 

@@ -20,12 +20,11 @@ from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
-from varcontact.interfaces.coulomb import BoundByPressure, Coulomb, FrictionLaw
-from varcontact.interfaces.interface import Fields, Interface, Quantity, Several, Surroundings
+from varcontact.interfaces.interface import BetweenBodies, Fields, Interface, Quantity, Surroundings
+from varcontact.interfaces.kinds import interface_of
 from varcontact.interfaces.potential import Potential
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Motion, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
@@ -181,45 +180,68 @@ class Discretisation:
         """Surroundings of the interfaces: transport, fields carried by particles, implicit fields
         of this pass.
         """
-        previous = self.loading.previous_step
-        arrived: Fields = {}
-        if previous is not None:
-            arrived = previous.arrived
-        return Surroundings(self.transport, arrived, self.loading.implicit)
-
-    @lazy_property
-    def frictional(self) -> Interface:
-        """The interface of friction alone."""
-        friction = self.loading.friction
-        assert friction is not None
-        if isinstance(friction, FrictionBound):
-            return BoundByPressure(friction, self.scales, *np.meshgrid(self.grid.x, self.grid.y))
-        if isinstance(friction, Law):
-            return FrictionLaw(friction)
-        return Coulomb(friction)
+        loading = self.loading
+        return Surroundings(self.transport, loading.arrived, loading.implicit, self.passed)
 
     @lazy_property
     def interface(self) -> Interface:
-        """Friction and layer between the bodies."""
-        layer = self.loading.layer
-        if layer is None:
-            return self.frictional
-        return Several((self.frictional, layer))
+        """What lies between the bodies."""
+        given = self.loading
+        between = BetweenBodies(given.scene, given.friction, given.motion, self.grid, self.scales)
+        return interface_of(between)
+
+    @property
+    def frictionless(self) -> bool:
+        """True where no tangential traction can arise."""
+        return self.loading.motion is None or self.interface.frictionless
+
+    @property
+    def coefficient(self) -> float | np.ndarray | None:
+        """The ratio of the traction bound to the pressure in this pass; None: there is none."""
+        return self.interface.coefficient(self.surroundings)
 
     @property
     def implicit(self) -> tuple[Quantity, ...]:
         """The fields of the interfaces that the contact itself determines; none: its problem is
         convex.
         """
-        if self.loading.frictionless:
+        if self.frictionless:
             return ()
         return self.interface.implicit(self.transport)
+
+    def sought(self, by_slip: bool) -> tuple[Quantity, ...]:
+        """Those implicit fields that follow from slip, or from tractions alone."""
+        those = self.interface.those(by_slip)
+        if those is None or self.frictionless:
+            return ()
+        return those.implicit(self.transport)
+
+    def passed(self) -> tuple[int, float]:
+        """Elements that particles pass in a step, and the weight of the next one at the point that
+        they come from.
+
+        A displacement at a point between two centres is the sum of those at the centres, with
+        weights that are exact for tractions on these two elements.
+        """
+        if self.step is None:
+            return 0, 0.0
+        dx = self.lattice.sides[0]
+        whole, rest = divmod(round(self.step / dx, 9), 1.0)
+        if rest == 0:
+            return int(whole), 0.0
+        two_elements = replace(self.lattice, nx=2, ny=None if self.grid.line else 1)
+        pair = Operators(two_elements, self.operators.medium)
+        at_centres = pair.tangential()
+        between = pair.carrying(rest * dx)
+        _, own, other = np.mean([at_centres.table[i, i, 0] for i in (0, 1)], axis=0)
+        beyond, near, _ = np.mean([between.table[i, i, 0] for i in (0, 1)], axis=0)
+        return int(whole), float((beyond * own - near * other) / ((near + beyond) * (own - other)))
 
     def potential(self, pressure: np.ndarray) -> Potential:
         """The potential of the tractions on the grid, under a dimensionless pressure (ny, nx)."""
         return self.interface.potential(pressure, self.surroundings)
 
-    def under(self, **fields: np.ndarray) -> Discretisation:
+    def under(self, fields: Fields) -> Discretisation:
         """The same contact under implicit fields."""
         return self.with_loading(implicit={**self.loading.implicit, **fields})
 
@@ -299,7 +321,7 @@ class Discretisation:
         force = float(np.sum(self.along_normal * [*traction, pressure])) * self.lattice.area
         return force * self.scales.force / self.loading.normal_force - 1
 
-    def at_step(self, scene: Scene, previous_step: PreviousStep | None) -> Discretisation:
+    def at_step(self, scene: Scene, previous_step: PreviousStep | None = None) -> Discretisation:
         """The same bodies in the scene of a step, on the same grid and in the same scales."""
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
@@ -309,7 +331,7 @@ class Discretisation:
         operators = self.operators
         if isinstance(scene.motion, TimeStep):
             operators = operators.at_end(scene.motion.dt)
-        loading = replace(Loading.of(scene, self.scales), previous_step=previous_step)
+        loading = replace(Loading.of(scene), previous_step=previous_step)
         at_step = replace(self, loading=loading, operators=operators)
         return replace(at_step, surface=surface, hertz=scene.hertz, distance=distance)
 
@@ -451,7 +473,7 @@ def discretise(scene: Scene, grid: Grid, built: Operators | None = None) -> Disc
         hertz,
         distance,
         scales,
-        Loading.of(scene, scales),
+        Loading.of(scene),
         operators,
     )
 

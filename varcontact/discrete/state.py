@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,6 @@ from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid, undeformed_distance
 from varcontact.discrete.operators import FREE_DEPTH
 from varcontact.discrete.problems import NormalProblem
-from varcontact.interfaces.coulomb import FRICTION
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Cells, Grid
@@ -57,28 +55,9 @@ class ContactState:
     fields: Mapping[str, np.ndarray] = field(default_factory=dict)
     branch: str = ""
 
-    @property
-    def friction(self) -> np.ndarray | None:
-        """Under a law the coefficients of the next pass."""
-        return self.fields.get(FRICTION)
-
-    def under(self, **fields: np.ndarray) -> ContactState:
+    def under(self, fields: Mapping[str, np.ndarray]) -> ContactState:
         """The same with implicit fields."""
         return replace(self, fields={**self.fields, **fields})
-
-    def unknown(self, name: str) -> np.ndarray:
-        """The unknown of the passes: a field of the contact, or an implicit one of the
-        interfaces.
-        """
-        if name in self.fields:
-            return np.asarray(self.fields[name])
-        return np.asarray(getattr(self, name))
-
-    def with_unknown(self, name: str, value: np.ndarray) -> ContactState:
-        if name in self.fields:
-            return self.under(**{name: value})
-        changed: dict[str, Any] = {name: value}
-        return replace(self, **changed)
 
 
 def unloaded(grid: Grid) -> ContactState:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
-from varcontact.interfaces.interface import Fields, Response
-from varcontact.transports import further_along, mirrored
+from varcontact.interfaces.interface import Fields
+from varcontact.system.process import lazy_property
+from varcontact.transports import mirrored
 
 EXTERIOR = 0
 STICK = 1
@@ -31,15 +32,14 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
     shift = local_shift(disc, state)
     contact = state.pressure > 0
     areas = contact.astype(np.int8)
-    loading = disc.loading
-    if loading.motion is None:
+    if disc.loading.motion is None:
         return shift, areas
     if state.slips is not None:
         areas[contact & state.slips] = SLIP
-    elif not loading.no_slip:
+    elif not disc.interface.unbounded:
         disc = with_implied_fields(disc, state)
         potential = disc.potential(state.pressure)
-        friction_bound = friction_bound_of(disc, state.pressure)
+        slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
         own = own_influence(disc)
         trial = state.traction - shift / own
         size = np.hypot(*trial)
@@ -50,41 +50,114 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
         beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND_TOL) + noise
         areas[contact & flows] = PLASTIC
         areas[contact & beyond] = SLIP
-        areas[contact & beyond & (potential.bound < friction_bound)] = PLASTIC
-    if loading.layer is None or loading.frictionless:
-        return shift, areas
-    return shift + flow_of(disc, state, shift, areas), areas
+        areas[contact & beyond & (potential.bound < slip_bound)] = PLASTIC
+    flow = flow_of(disc, state, shift, areas)
+    if flow is not None:
+        shift = shift + flow
+    return shift, areas
 
 
-def friction_bound_of(disc: Discretisation, pressure: np.ndarray) -> np.ndarray:
-    """The bound of friction alone, (ny, nx); zero where nothing moves."""
-    if disc.loading.friction is None:
-        return np.zeros_like(pressure)
-    return disc.frictional.potential(pressure, disc.surroundings).bound
+@dataclass(frozen=True, eq=False)
+class ContactResponse:
+    """The response of a contact state, as interfaces are told of it."""
+
+    disc: Discretisation
+    state: ContactState
+
+    @property
+    def pressure(self) -> np.ndarray:
+        return self.state.pressure
+
+    @property
+    def traction(self) -> np.ndarray:
+        return self.state.traction
+
+    @property
+    def fields(self) -> Fields:
+        return self.state.fields
+
+    @lazy_property
+    def shift(self) -> np.ndarray:
+        return local_shift(self.disc, self.state)
+
+    @lazy_property
+    def _slip_and_areas(self) -> tuple[np.ndarray, np.ndarray]:
+        return shift_and_areas(self.disc, self.state)
+
+    @property
+    def slip_shift(self) -> np.ndarray:
+        return self._slip_and_areas[0]
+
+    @property
+    def slips(self) -> np.ndarray:
+        return np.asarray(self._slip_and_areas[1] == SLIP)
+
+    @property
+    def sticks(self) -> np.ndarray:
+        return np.asarray(self._slip_and_areas[1] == STICK)
+
+    @lazy_property
+    def slip(self) -> np.ndarray:
+        return np.asarray(np.hypot(*self.slip_shift) * self.slips / self.unit_slip)
+
+    @lazy_property
+    def flowed(self) -> np.ndarray:
+        flow = flow_of(self.disc, self.state, self.shift, self._slip_and_areas[1])
+        if flow is None:
+            return np.zeros_like(self.shift)
+        return flow
+
+    @property
+    def unit_slip(self) -> float:
+        return unit_slip(self.disc)
+
+    @lazy_property
+    def slip_bound(self) -> np.ndarray:
+        return self.disc.interface.slip_bound(self.pressure, self.disc.surroundings)
+
+    @property
+    def own_influence(self) -> float:
+        return own_influence(self.disc)
+
+    def work(self) -> np.ndarray:
+        """Work lost by friction in the step, by area."""
+        return friction_work(self.disc, self.state, self.slip_shift)
+
+    def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
+        """Shift by tractions."""
+        return self.disc.tangential_operator.apply(traction)
+
+    def under(self, fields: Fields) -> ContactResponse:
+        """The same contact, judged under other implicit fields."""
+        return ContactResponse(self.disc.under(fields), self.state)
 
 
-def response_of(disc: Discretisation, state: ContactState) -> Response:
-    """The response of a state, for the interfaces."""
-    shift = local_shift(disc, state)
-    return Response(state.pressure, state.traction, shift, friction_bound_of(disc, state.pressure))
-
-
-def with_implied_fields(disc: Discretisation, state: ContactState) -> Discretisation:
-    """The same under the fields of a layer between the bodies that go with a state, from any
-    source.
+def with_implied_fields(
+    disc: Discretisation, state: ContactState, by_slip: bool = False
+) -> Discretisation:
+    """The same under the fields that go with a state, from any source: those that its tractions
+    imply, or those that follow from its slip.
     """
-    layer = disc.loading.layer
-    if layer is None or disc.loading.frictionless:
+    those = disc.interface.those(by_slip)
+    if those is None or disc.frictionless:
         return disc
-    return disc.under(**layer.implied(response_of(disc, state), disc.surroundings))
+    if by_slip:  # whatever slip area the source tells
+        state = replace(state, slips=None)
+    fields = those.implied(ContactResponse(disc, state), disc.surroundings)
+    if not fields:
+        return disc
+    return disc.under(fields)
 
 
 def flow_of(
     disc: Discretisation, state: ContactState, shift: np.ndarray, areas: np.ndarray
-) -> np.ndarray:
-    """Plastic flow of a layer in a step, (2, ny, nx), dimensionless, under the local shift of a
-    state.
+) -> np.ndarray | None:
+    """Plastic flow in a step, (2, ny, nx), dimensionless, under the local shift of a state; None
+    where nothing can flow.
     """
+    layers = disc.interface.those(by_slip=False)
+    if disc.frictionless or not (layers is not None and layers.flows):
+        return None
     flow = with_implied_fields(disc, state).potential(state.pressure).flow
     if flow is None:
         return np.where(areas == PLASTIC, -shift, 0.0)
@@ -92,16 +165,8 @@ def flow_of(
 
 
 def left_fields(disc: Discretisation, state: ContactState) -> Fields:
-    """Quantities of the particles at the end of a step, dimensionless, by the names of the layer's
-    quantities.
-    """
-    layer = disc.loading.layer
-    if layer is None:
-        return {}
-    response = response_of(disc, state)
-    _, areas = shift_and_areas(disc, state)
-    flow = flow_of(disc, state, response.shift, areas)
-    return layer.leave(response, flow, disc.surroundings)
+    """Quantities of the particles at the end of a step, dimensionless, by their names."""
+    return disc.interface.leave(ContactResponse(disc, state), disc.surroundings)
 
 
 def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
@@ -111,7 +176,7 @@ def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
     if disc.loading.motion is None:
         return shift
     shift[:] = disc.known_shift + state.rigid[:, None, None]
-    if not disc.loading.frictionless:
+    if not disc.frictionless:
         shift += disc.tangential_operator.apply(state.traction)
         if disc.edge_compliance is not None:
             shift += disc.edge_compliance * state.traction
@@ -119,11 +184,6 @@ def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
         shift += disc.pressure_to_shift.apply(state.pressure[None])
     shift *= contact
     return shift
-
-
-def arriving(disc: Discretisation, field: np.ndarray, fresh: float) -> np.ndarray:
-    """Values (..., ny, nx) of the particles where they were a step ago, `fresh` beyond the grid."""
-    return further_along(field, disc.transport.columns, fresh)
 
 
 def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
@@ -136,8 +196,8 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     """
     motion = disc.loading.motion
     traction = state.traction
-    if motion is None or motion.rolls == 0 or disc.loading.frictionless:
-        if disc.loading.layer is not None:
+    if motion is None or motion.rolls == 0 or disc.frictionless:
+        if disc.interface.flows:
             shift = local_shift(disc, state)
         return np.asarray(0.0 - np.sum(traction * shift, axis=0))
     assert disc.step is not None
@@ -209,7 +269,7 @@ def own_influence(disc: Discretisation) -> float:
     """Mean of an element's influence on itself along x and y; any, where there is no traction to
     compare with.
     """
-    if disc.loading.frictionless:
+    if disc.frictionless:
         return 1.0
     return disc.tangential_operator.on(np.arange(1)).diagonal
 

@@ -1,43 +1,49 @@
-"""Coulomb's friction: tractions within a coefficient times the pressure."""
+"""Friction whose bound is known: a coefficient times the pressure, or another one by pressure and
+place.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
-from varcontact.interfaces.interface import Interface, Quantity, Surroundings
+from varcontact.interfaces.interface import BetweenBodies, Interface, Surroundings
 from varcontact.interfaces.potential import Potential
 from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.units import Scales
-from varcontact.transports import Transport
-
-FRICTION = "friction"
+from varcontact.system.process import lazy_property
 
 
 @dataclass(frozen=True, eq=False)
 class Coulomb(Interface):
     """A coefficient for all elements, or one for each, (ny, nx); infinite: no slip."""
 
-    coefficient: float | np.ndarray
+    ratio: float | np.ndarray
+
+    @classmethod
+    def between(cls, bodies: BetweenBodies) -> Self | None:
+        """The friction of a scene, where it is a coefficient; without a motion none."""
+        friction = bodies.friction
+        if isinstance(friction, Law | FrictionBound):
+            return None
+        return cls(0.0 if friction is None else friction)
+
+    def coefficient(self, at: Surroundings) -> float | np.ndarray:
+        return self.ratio
+
+    @lazy_property
+    def frictionless(self) -> bool:  # type: ignore[override]
+        return not np.any(self.ratio)
+
+    @lazy_property
+    def unbounded(self) -> bool:  # type: ignore[override]
+        return isinstance(self.ratio, float) and math.isinf(self.ratio)
 
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
-        return Potential(friction_bound(self.coefficient, pressure))
-
-
-@dataclass(frozen=True, eq=False)
-class FrictionLaw(Interface):
-    """A law of friction: the coefficients of this pass, or where nothing is known of slip the
-    static one.
-    """
-
-    law: Law
-
-    def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
-        return (Quantity(FRICTION, "coefficient", self.law.static),)
-
-    def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
-        return Potential(friction_bound(at.implicit.get(FRICTION, self.law.static), pressure))
+        return Potential(friction_bound(self.ratio, pressure))
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +54,14 @@ class BoundByPressure(Interface):
     scales: Scales
     x: np.ndarray
     y: np.ndarray
+
+    @classmethod
+    def between(cls, bodies: BetweenBodies) -> Self | None:
+        """The friction of a scene, where it is such a bound."""
+        friction = bodies.friction
+        if not isinstance(friction, FrictionBound):
+            return None
+        return cls(friction, bodies.scales, *np.meshgrid(bodies.grid.x, bodies.grid.y))
 
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
         bound = self.friction.bound(pressure * self.scales.pressure, self.x, self.y)

@@ -10,56 +10,197 @@ fields are dimensionless and on the grid, (ny, nx) or (2, ny, nx).
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
 
 import numpy as np
 
 from varcontact.errors import SceneError
 from varcontact.interfaces.potential import Potential
-from varcontact.transports import Transport
+from varcontact.scene.friction import FrictionBound, Law
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Motion
+from varcontact.scene.scene import Scene
+from varcontact.scene.units import Scales
+from varcontact.system.process import lazy_property
+from varcontact.transports import Transport, further_along
 
 Fields = Mapping[str, np.ndarray]
 """Fields by the name of their quantity."""
 
+ANY_WAY = "any"
+FROM_ONE_SIDE = "one side"
+JUMPS = "jumps"
+"""Rules of the passes to an implicit quantity: they lead to one solution, and may be accelerated;
+several solutions, each reached from its own side; the same, and values jump from one to another."""
+
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity that particles carry, or that the contact itself determines."""
+    """A quantity that particles carry, or that the contact itself determines.
+
+    Its unit is that of a `kind`, as `Units.of` has it; particles that have not been in contact have
+    the `fresh` value. Implicit ones lie between `least` and `most`.
+    """
 
     name: str
-    kind: str  # its unit: "coefficient", "stress", "length", "temperature"
-    fresh: float  # of particles that have not been in contact
+    kind: str
+    fresh: float
+    words: str = ""
+    dims: tuple[str, ...] = ("y", "x")
+    least: float = -np.inf
+    most: float = np.inf
+    passes: str = ANY_WAY
+
+    def scale(self, scales: Scales) -> float:
+        """The physical value of 1."""
+        sizes = {"pressure": scales.pressure, "length": scales.displacement}
+        return sizes.get(self.kind, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
     """Surroundings of an interface: the transport, the fields that have arrived, and the implicit
     ones of this pass.
+
+    `passed` gives the elements that particles pass in a step, and the weight of the next one in
+    displacements at the point that they come from.
     """
 
     transport: Transport
     arrived: Fields = field(default_factory=dict)
     implicit: Fields = field(default_factory=dict)
+    passed: Callable[[], tuple[int, float]] = lambda: (0, 0.0)
+
+    def under(self, fields: Fields) -> Surroundings:
+        """The same with more implicit fields."""
+        return replace(self, implicit={**self.implicit, **fields})
+
+
+class Response(Protocol):
+    """The response of a contact, as interfaces are told of it."""
+
+    @property
+    def pressure(self) -> np.ndarray: ...
+
+    @property
+    def traction(self) -> np.ndarray: ...
+
+    @property
+    def fields(self) -> Fields:
+        """Implicit fields under which it was found; none from another source."""
+
+    @property
+    def shift(self) -> np.ndarray:
+        """Local shift E."""
+
+    @property
+    def slip_shift(self) -> np.ndarray:
+        """Shift by slip: E less what flows within the bound."""
+
+    @property
+    def slips(self) -> np.ndarray:
+        """Mask of the elements that slip."""
+
+    @property
+    def sticks(self) -> np.ndarray:
+        """Mask of the elements that stick."""
+
+    @property
+    def slip(self) -> np.ndarray:
+        """Sizes of relative slip, zero where nothing slips."""
+
+    @property
+    def unit_slip(self) -> float:
+        """The shift that is a relative slip of 1."""
+
+    @property
+    def flowed(self) -> np.ndarray:
+        """Shift that flowed within the bound."""
+
+    @property
+    def slip_bound(self) -> np.ndarray:
+        """The traction from which the surfaces slip over each other."""
+
+    @property
+    def own_influence(self) -> float:
+        """Influence of an element on itself."""
+
+    def work(self) -> np.ndarray:
+        """Work lost by friction in the step, by area."""
+
+    def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
+        """Shift by tractions."""
+
+    def under(self, fields: Fields) -> Response:
+        """The same contact, judged under other implicit fields."""
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
-    """Response of a contact: pressure, tractions, local shift E, and the bound of friction."""
+class StepBefore:
+    """The end of the step before: pressure, tractions, relative slip, masks of slip and stick, what
+    its particles carry, and the heat of all steps so far.
+    """
 
     pressure: np.ndarray
     traction: np.ndarray
-    shift: np.ndarray
-    friction_bound: np.ndarray
+    slip: np.ndarray
+    slips: np.ndarray
+    sticks: np.ndarray
+    carried: Fields = field(default_factory=dict)
+    heat: Sequence[Any] = ()
+
+
+Start = str | StepBefore | None
+"""Which of several solutions is sought: that from stick or slip everywhere, or near another one."""
+
+
+@dataclass(frozen=True, eq=False)
+class BetweenBodies:
+    """What interfaces are made from: a scene, its friction and motion now, its grid and scales."""
+
+    scene: Scene
+    friction: float | np.ndarray | Law | FrictionBound | None
+    motion: Motion | None
+    grid: Grid
+    scales: Scales
 
 
 class Interface(ABC):
     """An interface without memory; each kind says what is different."""
 
+    frictionless: bool = False
+    """True where it bears no traction at all."""
+    unbounded: bool = False
+    """True where it bears every traction."""
+    flows: bool = False
+    """True where a shift may flow within it, beside the slip of the surfaces."""
+    by_slip: bool = False
+    """True where its fields follow from slip; else tractions alone imply them."""
+
+    def those(self, by_slip: bool) -> Interface | None:
+        """The interfaces whose fields follow from slip, or from tractions alone."""
+        return self if self.by_slip == by_slip else None
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Names of the fields of other interfaces that it reads."""
+        return ()
+
+    @property
+    def gives(self) -> tuple[str, ...]:
+        """Names of the fields that it gives to others, beside its implicit ones."""
+        return ()
+
     @property
     def carried(self) -> tuple[Quantity, ...]:
         """The quantities that particles carry from step to step."""
         return ()
+
+    def coefficient(self, at: Surroundings) -> float | np.ndarray | None:
+        """The ratio of its bound to the pressure; None: there is none."""
+        return None
 
     def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
         """The quantities that the contact itself determines."""
@@ -69,19 +210,56 @@ class Interface(ABC):
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
         """The potential on the grid under a pressure (ny, nx)."""
 
+    def slip_bound(self, pressure: np.ndarray, at: Surroundings) -> np.ndarray:
+        """The traction from which the surfaces slip over each other (ny, nx)."""
+        return self.potential(pressure, at).bound
+
+    def first(self, start: Start, at: Surroundings, shape: tuple[int, int]) -> Fields:
+        """The implicit fields of the first pass: those that have arrived, else fresh ones; where
+        solutions are several `start` may choose one.
+        """
+        return {
+            each.name: at.arrived.get(each.name, np.full(shape, each.fresh))
+            for each in self.implicit(at.transport)
+        }
+
     def implied(self, response: Response, at: Surroundings) -> Fields:
         """The implicit fields that go with a response, from any source."""
         return {}
 
-    def leave(self, response: Response, flowed: np.ndarray, at: Surroundings) -> Fields:
-        """Quantities of the particles at the end of a step in which the shift `flowed`
-        (2, ny, nx).
-        """
+    def after(self, response: Response, at: Surroundings) -> Fields:
+        """The implicit fields of the next pass, after one under those that `at` has."""
+        return self.implied(response, at)
+
+    def leave(self, response: Response, at: Surroundings) -> Fields:
+        """Quantities of the particles at the end of a step."""
         return {}
 
+    def arrive(self, before: StepBefore, at: Surroundings) -> Fields:
+        """Quantities of the particles as they come into the next step."""
+        return {
+            each.name: further_along(before.carried[each.name], at.transport.columns, each.fresh)
+            for each in self.carried
+            if each.name in before.carried
+        }
 
-def refuse_shared(parts: tuple[Interface, ...]) -> None:
-    """Two interfaces must not own the same carried quantity."""
+    def warnings(self, response: Response, at: Surroundings) -> tuple[str, ...]:
+        """Sentences where the interface makes a step doubtful."""
+        return ()
+
+
+def together(parts: tuple[Interface, ...]) -> Interface:
+    """Some interfaces as one; refused where one reads a field that none before it gives, or two own
+    the same quantity.
+    """
+    _refuse_shared(parts)
+    _refuse_missing(parts)
+    if len(parts) == 1:
+        return parts[0]
+    return Several(parts)
+
+
+def _refuse_shared(parts: tuple[Interface, ...]) -> None:
     names = [quantity.name for part in parts for quantity in part.carried]
     shared = sorted({name for name in names if names.count(name) > 1})
     if shared:
@@ -89,18 +267,52 @@ def refuse_shared(parts: tuple[Interface, ...]) -> None:
         raise SceneError("interfaces", shared[0], f"carried by one of {owners} only")
 
 
+def _refuse_missing(parts: tuple[Interface, ...]) -> None:
+    given: set[str] = set()
+    for part in parts:
+        missing = sorted(set(part.needs) - given)
+        if missing:
+            reader = type(part).__name__
+            allowed = f"given by an interface before {reader}, which reads it"
+            raise SceneError("interfaces", missing[0], allowed)
+        given.update(part.gives)
+
+
 @dataclass(frozen=True, eq=False)
 class Several(Interface):
-    """Interfaces at once: the smallest bound holds, and one may flow."""
+    """Interfaces at once: the smallest bound holds, and one may flow; each finds the fields that
+    those before it have given.
+    """
 
     parts: tuple[Interface, ...]
 
     def __post_init__(self) -> None:
-        refuse_shared(self.parts)
+        _refuse_shared(self.parts)
+        _refuse_missing(self.parts)
+
+    @property
+    def frictionless(self) -> bool:  # type: ignore[override]
+        return any(part.frictionless for part in self.parts)
+
+    @property
+    def unbounded(self) -> bool:  # type: ignore[override]
+        return all(part.unbounded for part in self.parts)
+
+    @property
+    def flows(self) -> bool:  # type: ignore[override]
+        return any(part.flows for part in self.parts)
+
+    @property
+    def gives(self) -> tuple[str, ...]:
+        return tuple(name for part in self.parts for name in part.gives)
 
     @property
     def carried(self) -> tuple[Quantity, ...]:
         return tuple(each for part in self.parts for each in part.carried)
+
+    def coefficient(self, at: Surroundings) -> float | np.ndarray | None:
+        known = (part.coefficient(at) for part in self.parts)
+        return next((each for each in known if each is not None), None)
 
     def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
         return tuple(each for part in self.parts for each in part.implicit(transport))
@@ -111,14 +323,62 @@ class Several(Interface):
             combined = combined & part.potential(pressure, at)
         return combined
 
-    def implied(self, response: Response, at: Surroundings) -> Fields:
-        fields: dict[str, np.ndarray] = {}
-        for part in self.parts:
-            fields.update(part.implied(response, at))
-        return fields
+    def slip_bound(self, pressure: np.ndarray, at: Surroundings) -> np.ndarray:
+        bounds = [part.slip_bound(pressure, at) for part in self.parts]
+        return np.asarray(np.minimum.reduce(bounds))
 
-    def leave(self, response: Response, flowed: np.ndarray, at: Surroundings) -> Fields:
-        fields: dict[str, np.ndarray] = {}
+    def first(self, start: Start, at: Surroundings, shape: tuple[int, int]) -> Fields:
+        return _collected(part.first(start, at, shape) for part in self.parts)
+
+    def implied(self, response: Response, at: Surroundings) -> Fields:
+        found: dict[str, np.ndarray] = {}
+        for part in self._asked():
+            found.update(part.implied(response, at.under(found)))
+        return found
+
+    def after(self, response: Response, at: Surroundings) -> Fields:
+        found: dict[str, np.ndarray] = {}
+        for part in self._asked():
+            found.update(part.after(response, at.under(found)))
+        return found
+
+    def leave(self, response: Response, at: Surroundings) -> Fields:
+        return _collected(part.leave(response, at) for part in self.parts)
+
+    def arrive(self, before: StepBefore, at: Surroundings) -> Fields:
+        found: dict[str, np.ndarray] = {}
         for part in self.parts:
-            fields.update(part.leave(response, flowed, at))
-        return fields
+            found.update(part.arrive(before, replace(at, arrived=found)))
+        return found
+
+    def warnings(self, response: Response, at: Surroundings) -> tuple[str, ...]:
+        given: dict[str, np.ndarray] = {}
+        for part in self._asked():
+            if part.gives:
+                given.update(part.implied(response, at.under(given)))
+        at = at.under(given)
+        return tuple(each for part in self.parts for each in part.warnings(response, at))
+
+    def those(self, by_slip: bool) -> Interface | None:
+        return self._by_slip if by_slip else self._by_traction
+
+    @lazy_property
+    def _by_slip(self) -> Interface | None:
+        return _or_none(tuple(part for part in self.parts if part.by_slip))
+
+    @lazy_property
+    def _by_traction(self) -> Interface | None:
+        return _or_none(tuple(part for part in self.parts if not part.by_slip))
+
+    def _asked(self) -> Iterator[Interface]:
+        """The interfaces without those whose fields nobody reads."""
+        read = {name for part in self.parts for name in part.needs}
+        return (part for part in self.parts if not part.gives or read.intersection(part.gives))
+
+
+def _or_none(parts: tuple[Interface, ...]) -> Interface | None:
+    return together(parts) if parts else None
+
+
+def _collected(fields: Iterable[Fields]) -> Fields:
+    return {name: field for each in fields for name, field in each.items()}

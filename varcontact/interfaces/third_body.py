@@ -9,13 +9,19 @@ belongs to the medium.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
-from varcontact.interfaces.interface import Fields, Interface, Quantity, Response, Surroundings
+from varcontact.interfaces.interface import (
+    BetweenBodies,
+    Fields,
+    Interface,
+    Quantity,
+    Response,
+    Surroundings,
+)
 from varcontact.interfaces.potential import Flow, Potential
-from varcontact.scene.interface import ThirdBody
-from varcontact.scene.units import Scales
 from varcontact.transports import Transport, along_rows
 
 YIELD_STRESS = "yield_stress"
@@ -33,17 +39,28 @@ class YieldingLayer(Interface):
 
     fresh_stress: float
     hardening: float
+    flows = True
 
     @classmethod
-    def of(cls, layer: ThirdBody, scales: Scales) -> YieldingLayer:
+    def between(cls, bodies: BetweenBodies) -> Self | None:
+        """The layer of a scene, where it yields."""
+        layer = bodies.scene.third_body
+        scales = bodies.scales
+        if layer is None or not layer.yields:
+            return None
         hardening = layer.k_tau * scales.displacement / scales.pressure
         return cls(layer.tau_c0 / scales.pressure, hardening)
 
     @property
     def carried(self) -> tuple[Quantity, ...]:
-        displacement = Quantity(DISPLACEMENT, "length", 0.0)
-        stress = Quantity(YIELD_STRESS, "stress", self.fresh_stress)
-        return displacement, stress
+        words = "plastic displacement of the layer between the bodies"
+        displacement = Quantity(DISPLACEMENT, "length", 0.0, words, ("component", "y", "x"))
+        return displacement, self._yield_stress
+
+    @property
+    def _yield_stress(self) -> Quantity:
+        words = "yield stress of the layer between the bodies"
+        return Quantity(YIELD_STRESS, "pressure", self.fresh_stress, words, least=0.0)
 
     def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
         """The yield stress, where tractions change it in the same step: by softening, or along rows
@@ -51,7 +68,7 @@ class YieldingLayer(Interface):
         """
         hardens_along_rows = self.hardening > 0 and transport.repeats
         if self.hardening < 0 or hardens_along_rows:
-            return (Quantity(YIELD_STRESS, "stress", self.fresh_stress),)
+            return (self._yield_stress,)
         return ()
 
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
@@ -65,6 +82,10 @@ class YieldingLayer(Interface):
             return Potential(stress)
         return Potential(np.full(pressure.shape, np.inf), Flow(stress, self.hardening, columns))
 
+    def slip_bound(self, pressure: np.ndarray, at: Surroundings) -> np.ndarray:
+        """None: from the yield stress on the layer flows."""
+        return np.full(pressure.shape, np.inf)
+
     def implied(self, response: Response, at: Surroundings) -> Fields:
         """The yield stress that goes with tractions: of particles hardened on their way, or
         softened in the step.
@@ -74,13 +95,14 @@ class YieldingLayer(Interface):
             flow = Flow(stress, self.hardening, at.transport.columns)
             stress = flow.after(np.hypot(*response.traction))
         elif self.hardening < 0:
-            flows = response.friction_bound > stress
+            flows = response.slip_bound > stress
             softened = np.maximum(stress + self.hardening * np.hypot(*response.shift), 0.0)
             stress = np.where(flows, softened, stress)
         return {YIELD_STRESS: stress}
 
-    def leave(self, response: Response, flowed: np.ndarray, at: Surroundings) -> Fields:
+    def leave(self, response: Response, at: Surroundings) -> Fields:
         stress = self.implied(response, at)[YIELD_STRESS]
+        flowed = response.flowed
         if self.hardening > 0:
             stress = np.maximum(stress, np.hypot(*response.traction))
         if at.transport.repeats:

@@ -25,11 +25,11 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.io.records import (
     COUNT_AT,
+    EARLIER_HISTORIES,
     HISTORY_FORMAT,
     MAGIC,
     NOT_AS_WRITTEN,
     SERIES,
-    UNCHECKED_HISTORY,
     Layout,
     check_steps,
     checked_layout,
@@ -81,7 +81,7 @@ class Stored(Sequence[Solution]):
                 if not files.begins_with(path, MAGIC):
                     raise OutputError("store", path, "exists already and holds no history")
                 other = cls.read(path)
-                if _layout(path) is None:
+                if not _is_of_today(path):
                     raise OutputError(
                         "store",
                         path,
@@ -99,11 +99,11 @@ class Stored(Sequence[Solution]):
         """The steps in a file that is there."""
         with _file(path) as file:
             form = getattr(file, "format", b"").decode(errors="replace")
-            if form not in (HISTORY_FORMAT, UNCHECKED_HISTORY):
+            if form not in (HISTORY_FORMAT, *EARLIER_HISTORIES):
                 raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
             refuse_corrected(path, file.variables)
             with files.reading(path):
-                if form == HISTORY_FORMAT and _layout(path) is None:
+                if form != EARLIER_HISTORIES[0] and _layout(path) is None:
                     raise ValueError(NOT_AS_WRITTEN)
                 scene = scene_from(_entry(file, "scene"))
                 plan = Plan.of_record(_entry(file, "plan"))
@@ -258,6 +258,12 @@ def _write(history: History, file: BinaryIO) -> None:
     file.write(len(steps).to_bytes(4, "big"))
 
 
+def _is_of_today(path: Path) -> bool:
+    """True for a file to which this version may add steps."""
+    with _file(path) as file:
+        return bool(getattr(file, "format", b"").decode(errors="replace") == HISTORY_FORMAT)
+
+
 def _layout(path: Path) -> Layout | None:
     """The places of the steps in a file whose header is as it was written."""
     with files.reading(path, "cannot be read"):
@@ -303,8 +309,11 @@ def _identity(stored: Stored) -> tuple[str, bytes]:
     """
     methods = {name: value for name, value in vars(stored.plan).items() if name != "reasons"}
     start = getattr(stored.scene.motion, "start", None)
-    known = () if start is None else (start.pressure, start.traction, start.memory)
-    fields = b"".join((each + 0.0).tobytes() for each in known if each is not None)
+    known = []
+    if start is not None:
+        carried = [start.carried[name] for name in sorted(start.carried)]
+        known = [start.pressure, start.traction, *carried]
+    fields = b"".join((each + 0.0).tobytes() for each in known)
     return json.dumps([scene_to(stored.scene), methods, stored.settings]), fields
 
 

@@ -29,22 +29,25 @@ FIELDS = {
     ),
 }
 AROUND = ("relaxation", "axis", "y_around", "x_around")
-OPTIONAL = {
+CARRIED = {
     "weakening": (
         ELEMENTS,
         "1",
         "part of static - kinetic friction that particles have lost by slip",
     ),
     "memory": (AROUND, "pressure", "tractions that viscoelastic bodies remember"),
-    "plastic": (
-        ("flow", *ELEMENTS),
-        "1",
-        "third body: plastic displacement [length], yield stress [pressure]",
+    "plastic_displacement": (
+        ("component", *ELEMENTS),
+        "length",
+        "plastic displacement of the layer between the bodies",
     ),
-    "pressure_on_parts": (PARTS, "pressure", "normal traction, on parts of elements"),
+    "yield_stress": (ELEMENTS, "pressure", "yield stress of the layer between the bodies"),
 }
-"""Fields that some have: of histories under laws, viscoelastic bodies, third bodies that yield,
-elements in part."""
+"""Quantities that particles carry."""
+OPTIONAL = {"pressure_on_parts": (PARTS, "pressure", "normal traction, on parts of elements")}
+"""Fields that some have: elements in part."""
+EARLIER = {"plastic": ("flow", *ELEMENTS)}
+"""Fields of earlier versions: plastic displacement and yield stress in one."""
 
 NUMBERS = {
     "normal_force": ("force", "total compressive force"),

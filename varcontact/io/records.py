@@ -61,10 +61,10 @@ CHECK_BYTES = 4
 """Of the checksum at the end of a step."""
 COUNT_AT = 4
 """Place of the number of records in a classic netCDF file: four bytes, the highest first."""
-HISTORY_FORMAT = "varcontact history 2"
+HISTORY_FORMAT = "varcontact history 3"
 SWEEP_FORMAT = "varcontact sweep 3"
-UNCHECKED_HISTORY = "varcontact history 1"
-"""The format without checksums, which is read only."""
+EARLIER_HISTORIES = ("varcontact history 1", "varcontact history 2")
+"""Formats that are read only: without checksums, and with other fields that particles carry."""
 LAYOUT = "steps of {:012d} bytes from {:012d}, sha256 {}"
 """Text in the header of a history: size and place of its steps, and the checksum of the header."""
 LAYOUT_PATTERN = re.compile(rb"steps of (\d{12}) bytes from (\d{12}), sha256 ([0-9a-f]{64})")

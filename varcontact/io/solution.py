@@ -18,7 +18,7 @@ from varcontact.discrete.state import means
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
-from varcontact.io.quantities import FIELDS, OPTIONAL
+from varcontact.io.quantities import CARRIED, EARLIER, FIELDS, OPTIONAL
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.history import History
@@ -42,7 +42,9 @@ from varcontact.system.process import need
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = "varcontact solution 1"
+FORMAT = "varcontact solution 2"
+EARLIER_FORMAT = "varcontact solution 1"
+"""The format with plastic displacement and yield stress in one field, which is read only."""
 AS_STORED = "the certificate is as stored in the file, not measured again"
 
 CORRECTED = "traction_on_parts"
@@ -50,7 +52,7 @@ CORRECTED = "traction_on_parts"
 
 DERIVED = ("traction_bound", "normal_force", "force", "moment")
 """Fields that are not read: they follow from the others."""
-READ = [name for name in {**FIELDS, **OPTIONAL} if name not in DERIVED]
+READ = [name for name in {**FIELDS, **OPTIONAL, **CARRIED, **EARLIER} if name not in DERIVED]
 AS_IT_IS = ("converged", "iterations", "status", "timing")
 """Entries of the record that are those of a solution."""
 SIZES = {"component": 2, "rigid": 3, "axis": 3, "flow": 3}
@@ -101,16 +103,18 @@ def variables_of(
     units = sol.scene.units or IN_WORDS
     line = sol.scene.line
     variables: dict[str, Any] = {}
-    for name, (dims, quantity, words) in {**fields, **OPTIONAL}.items():
-        values = getattr(sol, name)
+    values_of = {name: getattr(sol, name) for name in {**fields, **OPTIONAL}} | sol.carried
+    for name, (dims, quantity, words) in {**fields, **OPTIONAL, **CARRIED}.items():
+        values = values_of.get(name)
         if values is not None:
             said = {"units": units.of(quantity, line, shift), "long_name": words}
             variables[name] = dims, np.asarray(values), said
     grids = {"": sol.grid}
     if sol.pressure_on_parts is not None:
         grids["_parts"], _ = sol.contact
-    if sol.memory is not None:
-        ahead = (sol.memory.shape[-1] - sol.grid.nx) // 2
+    memory = sol.carried.get("memory")
+    if memory is not None:
+        ahead = (memory.shape[-1] - sol.grid.nx) // 2
         grids["_around"] = sol.grid.window(-ahead, sol.grid.nx + ahead, -1, sol.grid.rows + 1)
     places: dict[str, Any] = {
         axis + parts: (
@@ -191,7 +195,8 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
     with reading(path):
         whole = without_checksum(content)
     with reading(path, "cannot be read as netCDF"), h5py.File(io.BytesIO(whole)) as file:
-        if file.attrs.get("format") not in (FORMAT, FORMAT.encode()):
+        form = file.attrs.get("format")
+        if form not in (FORMAT, FORMAT.encode(), EARLIER_FORMAT, EARLIER_FORMAT.encode()):
             raise OutputError("path", path, f"is not a {FORMAT!r} file")
         refuse_corrected(path, file)
         stored = [file[name] for name in READ if name in file]
@@ -230,7 +235,10 @@ def assembled(
     certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3}
     certificate |= record["certificate"]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
-    fields = found | {
+    carried = _carried(found)
+    fields = {name: values for name, values in found.items() if name in {**FIELDS, **OPTIONAL}}
+    fields |= {
+        "carried": carried,
         "approach": float(found["approach"]),
         "creepage": tuple(map(float, found["creepage"])),
     }
@@ -261,11 +269,20 @@ def assembled(
     return sol
 
 
+def _carried(found: dict[str, Any]) -> dict[str, np.ndarray]:
+    """The quantities that particles carry, also from a file of an earlier version."""
+    carried = {name: found[name] for name in CARRIED if name in found}
+    if "plastic" in found:
+        carried["plastic_displacement"] = found["plastic"][:2]
+        carried["yield_stress"] = found["plastic"][2]
+    return carried
+
+
 def _check_fields(grid: Grid, fields: dict[str, Any]) -> None:
     """Refuse fields that are not of numbers on the grid, or on equal parts of its elements."""
     sizes = SIZES | {"y": grid.rows, "x": grid.nx}
     for name, values in fields.items():
-        dims, _, _ = (FIELDS | OPTIONAL)[name]
+        dims = EARLIER[name] if name in EARLIER else (FIELDS | OPTIONAL | CARRIED)[name][0]
         # the size of parts is that of the first field on them
         shape = tuple(
             sizes.setdefault(dim, size) for dim, size in zip(dims, values.shape, strict=True)

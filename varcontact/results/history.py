@@ -12,9 +12,9 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.stick_slip import EXTERIOR
-from varcontact.discrete.temperature import Heat, temperatures_in_time
 from varcontact.errors import SceneError
 from varcontact.html import Reported
+from varcontact.interfaces.heat import Heat, temperatures_in_time
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid

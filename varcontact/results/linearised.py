@@ -445,7 +445,7 @@ def linearise(sol: Solution, swings: bool = True) -> Linearised:
     growing[:, slip] = traction * scales.pressure / sol.pressure.ravel()[slip]
     # the load and a height, where pressures follow them; parts do not follow a moving edge
     inputs = ("vx", "vy", "spin")[: len(shifts)]
-    loaded = swings and not disc.loading.no_slip and sol.grid.edge == "centres"
+    loaded = swings and not disc.interface.unbounded and sol.grid.edge == "centres"
     if loaded:
         load = "approach" if disc.loading.normal_force is None else "normal_force"
         inputs += (load, "roughness")

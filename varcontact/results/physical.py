@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,9 +12,16 @@ import numpy as np
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import Discretisation, discretise, undeformed_distance
 from varcontact.discrete.state import ContactState
-from varcontact.discrete.stick_slip import friction_work, left_fields, shift_and_areas, unit_slip
-from varcontact.interfaces.interface import Fields
-from varcontact.interfaces.third_body import DISPLACEMENT, YIELD_STRESS
+from varcontact.discrete.stick_slip import (
+    SLIP,
+    STICK,
+    friction_work,
+    left_fields,
+    shift_and_areas,
+    unit_slip,
+)
+from varcontact.interfaces.heat import Heat
+from varcontact.interfaces.interface import Fields, StepBefore
 from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import semi_axes
 from varcontact.results.solution import Solution
@@ -71,30 +79,33 @@ def solution_of(
         branch=state.branch,
         solved_by=state.solved_by,
         calls=stats.calls,
-        plastic=_plastic(disc, left_fields(disc, state)),
+        carried=_carried(disc, left_fields(disc, state)),
         pressure_on_parts=on_parts,
     )
 
 
-def _plastic(disc: Discretisation, left: Fields) -> np.ndarray | None:
-    """Plastic displacement and yield stress in physical units, (3, ny, nx), as a solution keeps
-    them.
-    """
-    if not left:
-        return None
-    displacement = left[DISPLACEMENT] * disc.scales.displacement
-    stress = left[YIELD_STRESS] * disc.scales.pressure
-    return np.concatenate([displacement, stress[None]])
+def _carried(disc: Discretisation, left: Fields) -> dict[str, np.ndarray]:
+    """Fields that particles carry, in physical units."""
+    sizes = {each.name: each.scale(disc.scales) for each in disc.interface.carried}
+    return {name: field * sizes[name] for name, field in left.items()}
 
 
-def carried_fields(sol: Solution, disc: Discretisation) -> Fields:
-    """Fields that particles carry from the end of a step, dimensionless: the reverse of
-    `_plastic`.
-    """
-    if sol.plastic is None:
-        return {}
-    displacement = sol.plastic[:2] / disc.scales.displacement
-    return {DISPLACEMENT: displacement, YIELD_STRESS: sol.plastic[2] / disc.scales.pressure}
+def step_before(sol: Solution, disc: Discretisation, heat: Sequence[Heat] = ()) -> StepBefore:
+    """A solution as the next step finds it, dimensionless; `heat` of all steps so far."""
+    quantities = disc.interface.carried
+    return StepBefore(
+        pressure=sol.pressure / disc.scales.pressure,
+        traction=sol.traction / disc.scales.pressure,
+        slip=np.where(sol.state == SLIP, np.hypot(*sol.slip), 0.0),
+        slips=sol.state == SLIP,
+        sticks=sol.state == STICK,
+        carried={
+            each.name: sol.carried[each.name] / each.scale(disc.scales)
+            for each in quantities
+            if each.name in sol.carried
+        },
+        heat=heat,
+    )
 
 
 def _creepage(
@@ -108,7 +119,7 @@ def _creepage(
     motion = disc.loading.motion
     along_x, along_y, about_z = motion.rigid
     forced = np.array([motion.Fx is not None, motion.Fy is not None])
-    undetermined = np.full(2, disc.loading.frictionless or not state.pressure.any())
+    undetermined = np.full(2, disc.frictionless or not state.pressure.any())
     # where the rigid shift has no reference, a force that changes leaves its shift open
     if scene.shift_undetermined and not isinstance(motion, Steady):
         before = np.zeros(2)

@@ -13,8 +13,8 @@ from varcontact import checks
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
-from varcontact.discrete.temperature import surface_temperatures
 from varcontact.html import Reported
+from varcontact.interfaces.heat import surface_temperatures
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.scene.friction import FrictionBound, Law
@@ -109,15 +109,13 @@ class Solution(Reported):
     pressure_on_parts : ndarray, shape (ny rows, nx columns), or None
         Where elements at the edge count in part, see `Grid`: the pressure on
         equal parts of the elements [force/area].
-    weakening : ndarray, shape (ny, nx), or None
-        In a history under a law of friction: the part of ``static - kinetic``
-        that particles have lost by slip [-].
-    memory : ndarray, shape (relaxations, 3, rows, columns), or None
-        Of viscoelastic bodies, in a history: tractions that particles on and
-        around the grid remember [force/area].
-    plastic : ndarray, shape (3, ny, nx), or None
-        Of a third body that yields: plastic displacement of the particles
-        [length], and yield stress [force/area].
+    carried : dict of ndarray
+        Quantities that particles carry into the next step, by name: those of
+        the interfaces, (..., ny, nx), as "weakening", the part of ``static -
+        kinetic`` friction that they have lost by slip [-], or
+        "plastic_displacement" [length] and "yield_stress" [force/area]; of
+        viscoelastic bodies "memory", tractions that particles on and around the
+        grid remember, (relaxations, 3, rows, columns) [force/area].
 
     Examples
     --------
@@ -156,9 +154,7 @@ class Solution(Reported):
     warnings: tuple[str, ...] = ()
     error_estimate: ErrorEstimate | None = None
     pressure_on_parts: np.ndarray | None = None
-    weakening: np.ndarray | None = None
-    memory: np.ndarray | None = None
-    plastic: np.ndarray | None = None
+    carried: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def normal_force(self) -> float:
@@ -200,6 +196,30 @@ class Solution(Reported):
             estimated = self.error_estimate.values
             loads = {name: estimated.get(name, value) for name, value in loads.items()}
         return {name: float(value) for name, value in loads.items()}
+
+    @property
+    def weakening(self) -> np.ndarray | None:
+        """Of a law of friction with particles that remember: the part of ``static - kinetic`` that
+        they have lost by slip [-], (ny, nx), or None; from `carried`.
+        """
+        return self.carried.get("weakening")
+
+    @property
+    def memory(self) -> np.ndarray | None:
+        """Of viscoelastic bodies in a history: tractions that particles remember [force/area], or
+        None; from `carried`.
+        """
+        return self.carried.get("memory")
+
+    @property
+    def plastic(self) -> np.ndarray | None:
+        """Of a layer that yields: plastic displacement [length] and yield stress [force/area],
+        (3, ny, nx), or None; from `carried`.
+        """
+        if "yield_stress" not in self.carried:
+            return None
+        stress = self.carried["yield_stress"][None]
+        return np.concatenate([self.carried["plastic_displacement"], stress])
 
     @property
     def friction(self) -> np.ndarray | None:

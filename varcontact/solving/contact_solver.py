@@ -5,6 +5,7 @@ pressure.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,22 +15,23 @@ from varcontact.discrete.discretisation import Discretisation, Subgrid
 from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of
 from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means
-from varcontact.discrete.stick_slip import with_implied_fields
-from varcontact.errors import NotConverged, Saturated
-from varcontact.interfaces.coulomb import FRICTION
+from varcontact.discrete.stick_slip import ContactResponse, with_implied_fields
+from varcontact.errors import NotConverged, Saturated, SceneError
+from varcontact.interfaces.interface import FROM_ONE_SIDE, JUMPS, Quantity
 from varcontact.interfaces.potential import project
+from varcontact.results.physical import step_before
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import TimeStep
 from varcontact.solvers import registry
 from varcontact.solvers.interface import Settings, SolveStats
-from varcontact.solving.coupling import Limits, coupled_newton, distance, fixed_point
-from varcontact.solving.friction_law import (
-    branch_of,
-    coefficient,
-    coefficients_after,
-    with_coefficients,
+from varcontact.solving.coupling import (
+    Limits,
+    OuterIteration,
+    coupled_newton,
+    distance,
+    fixed_point,
 )
 from varcontact.solving.pipeline import check_memory, solve_problem
 
@@ -48,15 +50,15 @@ FORCE_SOLVES_MAX = 20
 """Solutions at most to find the pressures that bear the normal force of a conformal contact."""
 ALTERNATIONS_MAX = 50
 """Pressures and tractions in turn at most within a joint pass."""
-LAW_PASSES_MAX = 500
-"""Passes at most under a continuous law."""
-LAW_PLAIN_PASSES = 100
-"""Passes without acceleration under a continuous law.
+FIELD_PASSES_MAX = 500
+"""Passes at most to the fields of interfaces that do not jump."""
+PLAIN_PASSES = 100
+"""Passes without acceleration to fields of which several may be solutions.
 
 Where two solutions have just vanished, passes linger for a while, then go on; acceleration would
 hold them there.
 """
-LAW_ACCELERATED_BELOW = 1e-4
+ACCELERATED_BELOW = 1e-4
 """Residual below which these are accelerated, too."""
 
 
@@ -157,13 +159,13 @@ class ContactSolver:
                 return replace(
                     state, solved_by={**state.solved_by, "tangential": self.plan.tangential}
                 )
-            if any(each.name != FRICTION for each in disc.implicit):
-                return self._with_layer(disc, state)
+            if disc.sought(by_slip=False):
+                return self._with_implied_fields(disc, state)
             return self._under_fields(disc, state)
 
-    def _with_layer(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state whose tractions go with the fields of a layer that they imply: at once, or
-        passes until these stay.
+    def _with_implied_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """The state whose tractions go with the fields that they imply: at once, or passes until
+        these stay.
 
         Newton's method takes a potential that follows from the tractions as it is.
         """
@@ -171,20 +173,14 @@ class ContactSolver:
             at_once = self._under_fields(disc, state)
             if at_once.solved["tangential"]:
                 return at_once
-        (sought,) = (each for each in disc.implicit if each.name != FRICTION)
-        fresh = np.full(disc.grid.shape, sought.fresh)
-        first = state.fields.get(sought.name, disc.surroundings.arrived.get(sought.name, fresh))
-
-        def one_pass(state: ContactState) -> tuple[ContactState, float]:
-            under_field = disc.under(**{sought.name: state.fields[sought.name]})
-            after = self._under_fields(under_field, state)
-            with_layer = with_implied_fields(disc, after)
-            implied = with_layer.surroundings.implicit[sought.name]
-            return after.under(**{sought.name: implied}), residuals(with_layer, after)[1]
-
-        limits = Limits(PASSES_TOL * self.tol, LAW_PASSES_MAX, patience=LAW_PASSES_MAX, least=0.0)
-        start, residual = one_pass(state.under(**{sought.name: first}))
-        end = fixed_point(one_pass, start, residual, sought.name, limits)
+        sought = disc.sought(by_slip=False)
+        those = disc.interface.those(by_slip=False)
+        assert those is not None
+        first = those.first(None, disc.surroundings, disc.grid.shape)
+        start = state.under({**first, **state.fields})
+        tol = PASSES_TOL * self.tol
+        one_pass = pass_under_fields(disc, False, self._under_fields)
+        end = passes_over(sought, one_pass, start, Limits(tol, FIELD_PASSES_MAX, FIELD_PASSES_MAX))
         return replace(end, passes=state.passes)
 
     def _under_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
@@ -195,7 +191,7 @@ class ContactSolver:
         limit = problem.area * float(problem.bound.sum())
         if size > 0 and size >= limit:
             raise Saturated(size * disc.scales.force, limit * disc.scales.force)
-        in_passes = self.plan.loops or disc.loading.law is not None
+        in_passes = self.plan.loops or bool(disc.sought(by_slip=True))
         tol = self._traction_tol(disc, state) if in_passes else self.tol
         raw = self._tractions(problem, state, self._settings(tol, in_passes))
         if not raw.finite:
@@ -207,10 +203,9 @@ class ContactSolver:
 
     def _traction_tol(self, disc: Discretisation, state: ContactState) -> float:
         """Residual asked for of tractions within passes."""
-        law = disc.loading.law
         if not self.plan.matrix_free("tangential"):
             return self.tol
-        if law is None or law.continuous:
+        if not _jumps(disc.sought(by_slip=True)):
             return self._forcing_term(state)
         # of two coefficients: what slips once slips for good, so no pass may be rough
         return PASSES_TOL**2 * self.tol
@@ -278,59 +273,129 @@ class ContactSolver:
 def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) -> ContactState:
     """Pressure and tractions, from the pressure without tractions; `Saturated` if a force cannot be
     carried.
+
+    Passes lie within each other: over what follows from slip, over pressure and tractions, over
+    what tractions imply. Of a law several solutions may exist, and passes keep to one side only if
+    those within them have ended.
     """
     plan = solver.plan
-    law = disc.loading.law
     if not plan.has_friction:
         return start
-    if law is None:
+    sought = disc.sought(by_slip=True)
+    if not sought:
         return _coupled(disc, solver, start, PASSES_TOL * solver.tol)
     if plan.theory is not None:
         return _coupled(disc, solver, replace(start, branch=branch_of(solver.start)), solver.tol)
-    branch = solver.start
-    particles_have_one = law.continuous and isinstance(disc.loading.motion, TimeStep)
-    if solver.continuum and branch is None and not particles_have_one:
-        start = replace(start, fields={})
-        branch = "slip"
-    return _under_law(disc, solver, with_coefficients(disc, start, branch))
+    return _with_fields_of_slip(disc, solver, _first_pass(disc, solver, start))
 
 
-def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState) -> ContactState:
-    """The contact under the law of its scene: each pass takes the coefficients of the slip in the
-    one before.
+def _first_pass(disc: Discretisation, solver: ContactSolver, state: ContactState) -> ContactState:
+    """The state with the fields by slip of the first pass: its own, those that particles have, or
+    those of the start.
     """
-    tol = PASSES_TOL * solver.tol
-    law = disc.loading.law
-    assert law is not None
+    sought = disc.sought(by_slip=True)
+    begin = solver.start
+    in_time = isinstance(disc.loading.motion, TimeStep)
+    if solver.continuum and begin is None and (_jumps(sought) or not in_time):
+        begin = "slip"
+    elif all(each.name in state.fields for each in sought):
+        return state
+    if isinstance(begin, Solution) and begin.grid.shape != disc.grid.shape:
+        allowed = f"on a grid of shape {disc.grid.shape}"
+        raise SceneError("start", f"a Solution of shape {begin.grid.shape}", allowed)
+    those = disc.interface.those(by_slip=True)
+    assert those is not None
+    choice = step_before(begin, disc) if isinstance(begin, Solution) else begin
+    first = those.first(choice, disc.surroundings, disc.grid.shape)
+    branch = branch_of(begin)
+    if begin is None and disc.loading.arrived:
+        branch = "history"
+    return replace(state.under(first), branch=branch)
+
+
+def branch_of(start: str | Solution | None) -> str:
+    """From where a solution is sought, a name of `BRANCHES`."""
+    if isinstance(start, Solution):
+        return "solution"
+    return start or "stick"
+
+
+def _jumps(sought: tuple[Quantity, ...]) -> bool:
+    return any(each.passes == JUMPS for each in sought)
+
+
+def pass_under_fields(
+    disc: Discretisation,
+    by_slip: bool,
+    solve: Callable[[Discretisation, ContactState], ContactState],
+    whole: bool = False,
+) -> OuterIteration:
+    """A pass: the contact under the fields of the state, then the fields after it, and the residual
+    of the tractions, or of the `whole`, under those that it implies.
+    """
+    names = [each.name for each in disc.sought(by_slip)]
+    those = disc.interface.those(by_slip)
+    assert those is not None
 
     def one_pass(state: ContactState) -> tuple[ContactState, float]:
-        under_field = disc.under(friction=state.fields[FRICTION])
+        under_fields = disc.under({name: state.fields[name] for name in names})
+        after = solve(under_fields, state)
+        found = those.after(ContactResponse(under_fields, after), under_fields.surroundings)
+        after = after.under({name: found[name] for name in names})
+        of_problems = residuals(with_implied_fields(disc, after, by_slip), after)
+        return after, max(of_problems) if whole else of_problems[1]
+
+    return one_pass
+
+
+def passes_over(
+    sought: tuple[Quantity, ...], one_pass: OuterIteration, start: ContactState, limits: Limits
+) -> ContactState:
+    """The state after passes until implicit quantities stay, within their limits."""
+    names = tuple(each.name for each in sought)
+    within = {each.name: (each.least, each.most) for each in sought}
+    first, residual = one_pass(start)
+    return fixed_point(one_pass, first, residual, names, replace(limits, within=within))
+
+
+def _with_fields_of_slip(
+    disc: Discretisation, solver: ContactSolver, start: ContactState
+) -> ContactState:
+    """The contact with the fields that follow from its slip, by passes from the start."""
+    sought = disc.sought(by_slip=True)
+    tol = PASSES_TOL * solver.tol
+
+    def coupled(under_fields: Discretisation, state: ContactState) -> ContactState:
         # no more than the next pass needs
         rough = FIRST_TOL
         if state.passes:
             rough = FORCING_TERM * state.passes[-1][1]
-        after = _coupled(under_field, solver, state, max(tol, rough))
-        after = after.under(friction=coefficients_after(under_field, after))
-        of_problems = residuals(disc.under(friction=coefficient(disc, after)), after)
-        return after, max(of_problems) if solver.plan.loops else of_problems[1]
+        return _coupled(under_fields, solver, state, max(tol, rough))
 
-    elements = int(np.count_nonzero(start.pressure)) + 2
-    limits = Limits(tol, elements, elements, plain=elements, least=law.kinetic, greatest=law.static)
-    if law.continuous:
-        limits = replace(
-            limits,
-            passes=LAW_PASSES_MAX,
-            patience=LAW_PASSES_MAX,
-            plain=LAW_PLAIN_PASSES,
-            near=LAW_ACCELERATED_BELOW,
-        )
+    one_pass = pass_under_fields(disc, True, coupled, whole=solver.plan.loops)
     try:
-        first, residual = one_pass(replace(start, passes=()))
-        return fixed_point(one_pass, first, residual, FRICTION, limits)
+        elements = int(np.count_nonzero(start.pressure)) + 2
+        limits = limits_of_passes(sought, tol, elements)
+        return passes_over(sought, one_pass, replace(start, passes=()), limits)
     except Saturated as error:
         raise Saturated(
             error.force, error.limit, f" under its law (sought from {BRANCHES[start.branch]})"
         ) from None
+
+
+def limits_of_passes(sought: tuple[Quantity, ...], tol: float, elements: int) -> Limits:
+    """The limits of passes to quantities, by the strictest of their rules."""
+    if _jumps(sought):
+        return Limits(tol, elements, elements, plain=elements)
+    if any(each.passes == FROM_ONE_SIDE for each in sought):
+        return Limits(
+            tol,
+            FIELD_PASSES_MAX,
+            FIELD_PASSES_MAX,
+            plain=PLAIN_PASSES,
+            near=ACCELERATED_BELOW,
+        )
+    return Limits(tol, FIELD_PASSES_MAX, FIELD_PASSES_MAX)
 
 
 def _coupled(
@@ -367,8 +432,9 @@ def _coupled(
 
     residual = max(residuals(disc, state))
     if plan.coupling == "joint":
-        return fixed_point(joint_pass, state, residual, "pressure", Limits(tol, least=0.0))
-    return fixed_point(alternating_pass, state, residual, "traction", Limits(tol))
+        limits = Limits(tol, within={"pressure": (0.0, np.inf)})
+        return fixed_point(joint_pass, state, residual, ("pressure",), limits)
+    return fixed_point(alternating_pass, state, residual, ("traction",), Limits(tol))
 
 
 def record_answer(state: ContactState, problem: str, raw: RawSolution) -> ContactState:

@@ -7,8 +7,9 @@ Anderson's method. Source: D. G. Anderson, J. ACM 12 (1965) 547-560.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -39,8 +40,8 @@ class Limits:
 
     They end at the residual `tol`, after so many `passes`, or so many in a row without gain
     (`patience`). The first `plain` ones are accelerated only below the residual `near`; a force
-    that friction cannot carry is an error in them. Accelerated values are kept from `least` to
-    `greatest`.
+    that friction cannot carry is an error in them. Accelerated values are kept `within` the limits
+    of their field.
     """
 
     tol: float
@@ -48,8 +49,11 @@ class Limits:
     patience: int = 12
     plain: int = 0
     near: float = 0.0
-    least: float = -np.inf
-    greatest: float = np.inf
+    within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def of(self, name: str) -> tuple[float, float]:
+        """The least and the greatest value of a field."""
+        return self.within.get(name, (-np.inf, np.inf))
 
 
 OuterIteration = Callable[[ContactState], tuple[ContactState, float]]
@@ -103,18 +107,63 @@ class _Acceleration:
             differences = np.diff(columns, axis=0).T
             weights, *_ = np.linalg.lstsq(differences, columns[-1], rcond=1e-10)
             mixed = ends[-1] - np.tensordot(weights, np.diff(ends, axis=0), axes=1)
-        return np.clip(mixed, self.limits.least, self.limits.greatest)
+        return mixed
+
+
+@dataclass(frozen=True, eq=False)
+class _Unknown:
+    """The unknown of the passes: one field of the contact or of its interfaces, or several in one
+    vector, each by its largest value.
+    """
+
+    names: tuple[str, ...]
+    scales: tuple[float, ...]
+
+    @classmethod
+    def of(cls, state: ContactState, names: tuple[str, ...]) -> _Unknown:
+        if len(names) == 1:
+            return cls(names, (1.0,))
+        largest = (float(np.abs(_field(state, name)).max()) for name in names)
+        return cls(names, tuple(each or 1.0 for each in largest))
+
+    def value(self, state: ContactState) -> np.ndarray:
+        fields = [_field(state, name) for name in self.names]
+        if len(fields) == 1:
+            return fields[0]
+        scaled = (each.ravel() / scale for each, scale in zip(fields, self.scales, strict=True))
+        return np.concatenate(list(scaled))
+
+    def put(self, state: ContactState, value: np.ndarray, limits: Limits) -> ContactState:
+        """The state with a value of the unknown, within the limits of each field."""
+        sizes = [_field(state, name).size for name in self.names]
+        parts = np.split(value.ravel(), np.cumsum(sizes)[:-1])
+        for name, scale, part in zip(self.names, self.scales, parts, strict=True):
+            least, greatest = limits.of(name)
+            shape = _field(state, name).shape
+            field = np.clip(part.reshape(shape) * scale, least, greatest)
+            if name in state.fields:
+                state = state.under({name: field})
+            else:
+                changed: dict[str, Any] = {name: field}
+                state = replace(state, **changed)
+        return state
+
+
+def _field(state: ContactState, name: str) -> np.ndarray:
+    if name in state.fields:
+        return np.asarray(state.fields[name])
+    return np.asarray(getattr(state, name))
 
 
 def fixed_point(
     outer_iteration: OuterIteration,
     first: ContactState,
     residual: float,
-    unknown: str,
+    names: tuple[str, ...],
     limits: Limits,
 ) -> ContactState:
-    """The state of the least residual after passes until the field `unknown` stays; its `passes`
-    are the record of all.
+    """The state of the least residual after passes until the fields of these names stay; its
+    `passes` are the record of all.
 
     They also end where solvers give up twice in a row with nothing gained, after `PASSES_MAX` in
     all loops, and with an error, as of an iterate that is no contact any more.
@@ -122,6 +171,7 @@ def fixed_point(
     state = best = replace(first, passes=((1.0, residual),))
     without_gain = 0
     failures = 0
+    unknown = _Unknown.of(first, names)
     acceleration = _Acceleration(limits)
     while len(state.passes) < limits.passes and without_gain < limits.patience and failures < 2:
         before = state.passes
@@ -137,8 +187,8 @@ def fixed_point(
             if _stops_all(error, early):
                 raise
             break
-        start = state.unknown(unknown)
-        end = after.unknown(unknown)
+        start = unknown.value(state)
+        end = unknown.value(after)
         passes = (*before, (distance(end, start), residual))
         after = replace(after, passes=passes, pass_count=after.pass_count + 1)
 
@@ -157,7 +207,7 @@ def fixed_point(
         acceleration.add(start, end)
         acceleration.decide(len(before), residual, before[-1][1], gained)
         if acceleration.active:
-            state = after.with_unknown(unknown, acceleration.next_start())
+            state = unknown.put(after, acceleration.next_start(), limits)
     return replace(best, passes=state.passes, pass_count=state.pass_count)
 
 
@@ -233,7 +283,7 @@ def coupled_newton(
 def _along_normal(disc: Discretisation) -> bool:
     """True if the force along the normal of the plane is prescribed in conformal contact."""
     prescribed = disc.loading.normal_force is not None
-    return prescribed and disc.conformal and disc.loading.law is None
+    return prescribed and disc.conformal and not disc.sought(by_slip=True)
 
 
 def _coupled_problem(
@@ -252,7 +302,7 @@ def _coupled_problem(
         operators.traction_to_distance.between((0,), directions),
         disc.pressure_to_shift.between(directions, (0,)),
     )
-    coefficient = np.asarray(disc.loading.coefficient, dtype=float)
+    coefficient = np.asarray(disc.coefficient, dtype=float)
     return CoupledProblem(
         operator=type(blocks[0]).in_blocks([[blocks[0], across[0]], [across[1], blocks[1]]]),
         blocks=blocks,

@@ -18,7 +18,7 @@ from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState, unloaded
-from varcontact.discrete.stick_slip import unit_slip
+from varcontact.discrete.stick_slip import unit_slip, with_implied_fields
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
@@ -31,7 +31,6 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
 from varcontact.solving.coupling import PASSES_MAX
-from varcontact.solving.friction_law import coefficient, weakening
 from varcontact.solving.given_pressure import without_friction
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
@@ -388,7 +387,7 @@ def _with_tractions_of(
     choose no branch.
     """
     motion = disc.loading.motion
-    if motion is None or disc.loading.law is not None:
+    if motion is None or disc.sought(by_slip=True):
         return state
     traction = contact_grid.interpolated(initial_guess.grid, initial_guess.traction, disc.grid)
     traction = traction / disc.scales.pressure
@@ -431,24 +430,20 @@ def finish(
     disc: Discretisation,
     state: ContactState,
     solver: ContactSolver,
-    before: Solution | None = None,
 ) -> Solution:
-    """The solution, after a step `before`, with its certificate; `NotConverged` if it misses the
-    tolerance.
+    """The solution with its certificate; `NotConverged` if it misses the tolerance.
 
     The residual that counts is that of the problems which the plan poses.
     """
     plan = solver.plan
     _check_rounding(disc, state)
-    law = disc.loading.law if plan.has_friction else None
-    if law is not None:
-        disc = disc.under(friction=coefficient(disc, state))
+    if plan.has_friction:
+        disc = with_implied_fields(disc, state, by_slip=True)
 
     certificate, residual = _certified(disc, state, solver)
 
     # the solution in physical units
-    in_time = isinstance(disc.loading.motion, TimeStep)
-    if not in_time:  # the steps of a history share its plan
+    if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         plan = _with_reasons_of(state, plan)
     solution = solution_of(
         scene,
@@ -459,8 +454,6 @@ def finish(
         residual <= solver.tol,
         solver.stats,
     )
-    if law is not None and (in_time or law.memory_distance > 0):
-        solution = replace(solution, weakening=weakening(disc, before, solution))
     if not solution.converged:
         why = _why_not_converged(solution, state)
         message = f"the residual is not below tol = {solver.tol:.3g}{why}"

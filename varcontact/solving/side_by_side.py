@@ -54,7 +54,7 @@ def _solve_batch(contacts: list[ContactOnGrid], difference: str) -> list[Contact
     bound = np.zeros((*np.max(shapes, axis=0), len(contacts)))
     shift, start = np.zeros((2, 2, *bound.shape))
     for j, (each, box) in enumerate(zip(contacts, boxes, strict=True)):
-        pressed = (each.disc.loading.coefficient * each.state.pressure)[box]
+        pressed = (each.disc.coefficient * each.state.pressure)[box]
         here = np.s_[: pressed.shape[0], : pressed.shape[1], j]
         bound[here] = pressed
         shift[:, *here] = each.disc.known_shift[:, *box]
@@ -95,13 +95,12 @@ def _serves_batch(contact: ContactOnGrid, motion: Steady) -> bool:
     """
     disc = contact.disc
     plan = contact.solver.plan
-    loading = disc.loading
-    if loading.law is not None or loading.layer is not None:
+    if disc.implicit or disc.interface.flows:
         return False
     if not (motion.dq is motion.Fx is motion.Fy is None):
         return False
     if type(disc.operators.medium) is not HalfSpaces or disc.grid.edge != "centres":
         return False
     few = plan.solves and not disc.grid.line and disc.grid.size <= MOST_ELEMENTS
-    finite = loading.coefficient is not None and bool(np.isfinite(loading.coefficient).all())
+    finite = disc.coefficient is not None and bool(np.isfinite(disc.coefficient).all())
     return few and plan.coupling == "none" and finite

@@ -12,16 +12,15 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
+from varcontact.discrete.stick_slip import with_implied_fields
 from varcontact.errors import PlausibilityWarning, SceneError
 from varcontact.results.frequency import HarmonicSolution, harmonic_solution
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
 from varcontact.scene.motion import Harmonic, Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving import adaptive
-from varcontact.solving.friction_law import coefficient
 from varcontact.solving.given_pressure import check_placed, contact_under, field_of
 from varcontact.solving.history import solve_transient
 from varcontact.solving.on_grid import solve_on_grid
@@ -304,8 +303,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     scale = disc.scales.pressure
     shape = (2, *disc.grid.shape)
     state = replace(state, traction=field_of("traction", traction, shape, scale) / scale)
-    if isinstance(scene.friction, Law):
-        disc = disc.under(friction=coefficient(disc, state))
+    disc = with_implied_fields(disc, state, by_slip=True)
     try:
         return certificate_of(disc, state, plan.closed_form)
     finally:

@@ -23,13 +23,15 @@ from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of, medium_on
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
-from varcontact.discrete.stick_slip import STICK, arriving, unit_slip
-from varcontact.discrete.temperature import RISE, Heat, temperature_rise
+from varcontact.discrete.stick_slip import STICK, ContactResponse, unit_slip
 from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
-from varcontact.interfaces.coulomb import FRICTION
-from varcontact.results.physical import carried_fields, solution_of
+from varcontact.interfaces.heat import Heat
+from varcontact.interfaces.interface import BetweenBodies, Quantity
+from varcontact.interfaces.kinds import interface_of
+from varcontact.interfaces.laws import WEAKENING
+from varcontact.results.physical import solution_of, step_before
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Cells, Grid
@@ -38,10 +40,11 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.friction_law import carried_coefficients, stick_slip_warning
 from varcontact.solving.on_grid import finish
-from varcontact.system.process import need
+from varcontact.system.process import lazy_property, need
 
+INTERPOLATED = {WEAKENING}
+"""Quantities of a start that particles need not bring along to another grid."""
 RELAXATION_TIMES = 24.0
 """Relaxation times after which tractions of the past count no longer."""
 
@@ -156,6 +159,18 @@ class TimeStepping:
     columns: int = 0
     lagging: tuple[Lagging, ...] = ()
 
+    @lazy_property
+    def _carried(self) -> list[Quantity]:
+        """The quantities that particles carry in some step."""
+        scene = self.scene
+        grid = self.disc.grid
+        motion = scene.motion.step(0, grid.sides[0])
+        between = (
+            BetweenBodies(scene, friction, motion, grid, self.disc.scales)
+            for friction in scene.frictions
+        )
+        return [each for given in between for each in interface_of(given).carried]
+
     def start(self) -> Solution | None:
         """The solution before the first step; a `SceneError` refuses one on another grid, if it is
         not to be interpolated.
@@ -173,7 +188,8 @@ class TimeStepping:
             if memory is None:
                 return start
             more = self.columns - (memory.shape[-1] - grid.nx) // 2
-            return replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
+            wider = np.pad(memory, 3 * [(0, 0)] + [(more, more)])
+            return replace(start, carried={**start.carried, "memory": wider})
         self._check_interpolation(start)
         fields = interpolated(
             start.grid,
@@ -182,7 +198,7 @@ class TimeStepping:
         )
         placed = {"traction": fields[:2], "pressure": fields[2], "power_density": fields[3]}
         placed |= {"state": sampled(start.grid, start.state, grid)}
-        return replace(start, grid=grid, **placed, pressure_on_parts=None, weakening=None)
+        return replace(start, grid=grid, **placed, pressure_on_parts=None, carried={})
 
     def _check_past(self, start: Solution) -> None:
         if start.memory is None or start.scene.bodies != self.scene.bodies:
@@ -196,7 +212,7 @@ class TimeStepping:
         start's own grid.
         """
         grid = self.disc.grid
-        on_own_grid = self.scene.bodies.relaxes or start.plastic is not None
+        on_own_grid = not INTERPOLATED.issuperset(start.carried)
         if start.grid.line != grid.line or on_own_grid:
             remedy = ""
         elif not self.scene.motion.interpolate:
@@ -229,10 +245,13 @@ class TimeStepping:
             if before is not None:
                 passed = motion.direction * motion.dq / self.disc.grid.sides[0]
                 memory = memory + moved(self._kept(motion, before), passed)
-            solution = replace(solution, memory=memory)
-        if self.scene.under_law and solution.weakening is None:
-            solution = replace(solution, weakening=np.zeros(self.disc.grid.shape))
-        return solution
+            solution = replace(solution, carried={**solution.carried, "memory": memory})
+        fresh = {
+            each.name: np.full(self._shape(each), each.fresh * each.scale(self.disc.scales))
+            for each in self._carried
+            if each.name not in solution.carried
+        }
+        return replace(solution, carried={**solution.carried, **fresh})
 
     def problem(
         self, k: int, before: Solution | None, heated: Sequence[Heat] = ()
@@ -243,13 +262,16 @@ class TimeStepping:
         disc = self.disc
         scene = self._scene_of_step(k, before)
         motion = scene.motion
+        step = disc.at_step(scene)
         if before is None:
-            return scene, disc.at_step(scene, None)
+            return scene, step
+        left = step_before(before, step, heated)
+        step = step.with_loading(arrived=step.interface.arrive(left, step.surroundings))
         fields = before.traction
         if disc.K != 0:
             fields = np.concatenate([before.traction, before.pressure[None]])
-        if before.memory is None and before.plastic is None and not (heated or fields.any()):
-            return scene, disc.at_step(scene, None)
+        if before.memory is None and not fields.any():
+            return scene, step
         distance = motion.direction * motion.dq / disc.scales.length
         force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
         fields = fields / disc.scales.pressure
@@ -257,9 +279,7 @@ class TimeStepping:
         carried = PreviousStep(displacement, force, fields)
         if before.memory is not None:
             carried = self._with_memory(carried, motion, before)
-        step = disc.at_step(scene, carried)
-        arrived = self._arrived(step, motion, before, heated)
-        return scene, step.with_loading(previous_step=replace(carried, arrived=arrived))
+        return scene, step.with_loading(previous_step=carried)
 
     def _scene_of_step(self, k: int, before: Solution | None) -> Scene:
         """Step k by itself, with the motion that a control gives it."""
@@ -276,25 +296,6 @@ class TimeStepping:
             ) from error
         alone = motion.alone(k, grid.sides[0], changes)
         return replace(self.scene, motion=alone).step(0, grid)
-
-    def _arrived(
-        self, step: Discretisation, motion: TimeStep, before: Solution, heated: Sequence[Heat]
-    ) -> dict[str, np.ndarray]:
-        """Fields of the interface that particles bring along: friction, those of a layer, heat."""
-        arrived: dict[str, np.ndarray] = {}
-        friction = carried_coefficients(step, before, heated)
-        if friction is not None:
-            arrived[FRICTION] = friction
-        if before.plastic is not None and step.loading.layer is not None:
-            left = carried_fields(before, step)
-            for each in step.loading.layer.carried:
-                arrived[each.name] = arriving(step, left[each.name], each.fresh)
-        thermal = self.disc.loading.thermal
-        if heated and thermal is not None:
-            nothing = np.zeros(self.disc.grid.shape)
-            path = [*heated, Heat.of(nothing, nothing > 0, motion)]
-            arrived[RISE] = temperature_rise(path, self.disc.grid.sides[0], thermal)
-        return arrived
 
     def _with_memory(
         self, carried: PreviousStep, motion: TimeStep, before: Solution
@@ -346,6 +347,11 @@ class TimeStepping:
             [w[0] * memory + w[1] * then for w, memory in zip(weights, before.memory, strict=True)]
         )
 
+    def _shape(self, quantity: Quantity) -> tuple[int, ...]:
+        """The shape of a quantity on the grid."""
+        shape = self.disc.grid.shape
+        return (2, *shape) if quantity.dims[0] == "component" else shape
+
     def _wide(self, solution: Solution) -> np.ndarray:
         """Tractions and pressure (3, ..., ...) with as many elements around as particles are
         remembered on.
@@ -387,12 +393,14 @@ class TimeStepping:
         if overlap is not None:
             # always an error: the step's grid is explicit
             enlarged(scene, disc.grid, state.pressure, overlap)
-        solution = finish(scene, disc, state, steps, before)
+        solution = finish(scene, disc, state, steps)
         if not steps.plan.has_friction:
             return solution
-        sentences = [long_step_warning(solution)]
-        if disc.loading.law is not None:
-            sentences.append(stick_slip_warning(disc, state))
+        response = ContactResponse(disc, state)
+        sentences = [
+            long_step_warning(solution),
+            *disc.interface.warnings(response, disc.surroundings),
+        ]
         return replace(solution, warnings=(*solution.warnings, *filter(None, sentences)))
 
 
@@ -451,15 +459,7 @@ def initial_state(
         approach = (before.approach - disc.base) / scales.displacement
     if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
         traction = np.zeros_like(traction)
-    state = ContactState(before.pressure / scales.pressure, approach, traction, rigid)
-    previous = disc.loading.previous_step
-    if previous is None:
-        friction = carried_coefficients(disc, before)
-    else:
-        friction = previous.arrived.get(FRICTION)
-    if friction is None:
-        return state
-    return replace(state.under(friction=friction), branch="history")
+    return ContactState(before.pressure / scales.pressure, approach, traction, rigid)
 
 
 def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1)) -> bool:

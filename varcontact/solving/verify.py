@@ -15,7 +15,13 @@ from varcontact import checks
 from varcontact.discrete.certificate import certificate_of
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, with_subgrid
-from varcontact.discrete.stick_slip import friction_work, shift_and_areas, unit_slip
+from varcontact.discrete.stick_slip import (
+    friction_work,
+    shift_and_areas,
+    unit_slip,
+    with_implied_fields,
+)
+from varcontact.interfaces.laws import FRICTION
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
 from varcontact.results.history import History, heat_before, heat_of
@@ -24,7 +30,6 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.friction_law import coefficient
 from varcontact.solving.time_step import TimeStepping, time_stepping, without_load
 from varcontact.system.files import reading
 from varcontact.system.process import one_blas_thread
@@ -145,8 +150,8 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
             density = friction_work(disc, state, shift_and_areas(disc, state)[0])
             density = density * disc.scales.pressure / unit_slip(disc)
         sol = replace(sol, power_density=density)
-    if disc.loading.law is not None and sol.plan.has_friction:
-        disc = disc.under(friction=coefficient(disc, state))
+    if sol.plan.has_friction:
+        disc = with_implied_fields(disc, state, by_slip=True)
     certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
     rounding = _rounding(disc, state)
     # NaN: not measured
@@ -164,7 +169,7 @@ def _rounding(disc: Discretisation, state: ContactState) -> float:
     """Residual that conversions of units may leave; unlike bodies with little friction magnify it,
     and distances from far away.
     """
-    coefficient = disc.loading.coefficient
+    coefficient = disc.coefficient
     coefficients = np.ravel(1.0 if coefficient is None else coefficient)
     least = float(np.min(coefficients[coefficients > 0], initial=1.0))
     far = 10 * float(np.spacing(abs(disc.base))) / disc.scales.displacement
@@ -190,7 +195,7 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
         problem = disc.normal_problem(traction if disc.K != 0 and np.any(traction) else None)
         distance = problem.distance + problem.operator.apply(pressure.reshape(1, -1))[0]
         approach = float(np.mean(distance - sol.distance.ravel() / disc.scales.displacement))
-    if disc.loading.motion is not None and not disc.loading.frictionless:
+    if disc.loading.motion is not None and not disc.frictionless:
         creepages = [
             on_grid.get(name, own)
             for name, own in zip(creepage_names(sol), sol.creepage, strict=True)
@@ -201,5 +206,5 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
             difference = (sol.slip * unit_slip(disc) - shift)[:, pressure > 0]
             rigid = np.where(np.isnan(rigid), difference.mean(axis=1), rigid)
     if sol.friction is not None:
-        state = state.under(friction=sol.friction)
+        state = state.under({FRICTION: sol.friction})
     return replace(state, approach=approach, rigid=rigid)

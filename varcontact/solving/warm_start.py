@@ -10,7 +10,6 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
-from varcontact.interfaces.coulomb import FRICTION
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
@@ -67,7 +66,8 @@ class Series:
             disc, state = solve_contact(scene, solver)
         elif _same_pressure(scene, plan, last):
             disc = last.disc.with_loading(motion=scene.motion)
-            fields = {name: field for name, field in last.state.fields.items() if name != FRICTION}
+            anew = {each.name for each in disc.sought(by_slip=True)}
+            fields = {name: each for name, each in last.state.fields.items() if name not in anew}
             state = replace(last.state, iterations={}, status={}, solved={}, fields=fields)
             state = contact(disc, solver, state)
         else:

@@ -110,8 +110,7 @@ class _Contact:
     def __init__(self, disc: Discretisation, state: ContactState) -> None:
         hertz = disc.hertz
         motion = disc.loading.motion
-        law = disc.loading.law
-        friction = disc.loading.coefficient if law is None else law.static
+        friction = disc.coefficient
         assert hertz is not None
         assert isinstance(motion, Steady)
         assert isinstance(friction, float)
@@ -146,10 +145,12 @@ class _Contact:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Tractions and slip by FASTSIM at the element centres."""
         L = flexibilities_of(self.at(creepage), flexibility)
-        law = self.disc.loading.law
+        law = self.disc.loading.scene.friction
         limits = self.bounds[bound]
-        if law is not None:
+        if isinstance(law, Law):
             limits = limits / law.static
+        else:
+            law = None
         axes = (self.a, self.b)
         return marched_on_grid(self.grid, axes, L, limits, creepage, law, self.state.branch)
 

@@ -15,9 +15,9 @@ from varcontact.discrete.state import ContactState
 from varcontact.io.records import SERIES
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.solving.contact_solver import (
-    LAW_ACCELERATED_BELOW,
-    LAW_PASSES_MAX,
-    LAW_PLAIN_PASSES,
+    ACCELERATED_BELOW,
+    FIELD_PASSES_MAX,
+    PLAIN_PASSES,
 )
 from varcontact.solving.coupling import Limits, fixed_point
 
@@ -260,7 +260,7 @@ def test_a_history_goes_on_bit_for_bit(tmp_path, dx):
     )
     assert again.to_xarray()["weakening"].shape == (20, *history.grid.shape)
 
-    earlier = replace(history, solutions=[replace(sol, weakening=None) for sol in history[:12]])
+    earlier = replace(history, solutions=[replace(sol, carried={}) for sol in history[:12]])
     earlier.save(tmp_path / "earlier.nc")
     assert "weakening" not in vc.load(tmp_path / "earlier.nc").to_xarray()
     assert "weakening" not in SERIES
@@ -275,23 +275,22 @@ def test_passes_go_on_where_two_solutions_have_just_vanished():
         return np.clip(friction - 0.5 * ((friction - 0.3) ** 2 + 1e-4), 0.2, 0.4)
 
     def one_pass(state):
-        found = after(state.friction)
-        return state.under(friction=found), float(np.abs(after(found) - found).max())
+        found = after(state.fields["friction"])
+        return state.under({"friction": found), float(np.abs(after(found) - found).max()})
 
     bare = ContactState(np.zeros((1, 1)), 0.0, np.zeros((2, 1, 1)), np.zeros(2))
-    start = bare.under(friction=np.array([[0.4]]))
+    start = bare.under({"friction": np.array([[0.4]])})
     limits = Limits(
         1e-9,
-        LAW_PASSES_MAX,
-        LAW_PASSES_MAX,
-        plain=LAW_PLAIN_PASSES,
-        near=LAW_ACCELERATED_BELOW,
-        least=0.2,
-        greatest=0.4,
+        FIELD_PASSES_MAX,
+        FIELD_PASSES_MAX,
+        plain=PLAIN_PASSES,
+        near=ACCELERATED_BELOW,
+        within={"friction": (0.2, 0.4)},
     )
-    best = fixed_point(one_pass, *one_pass(start), "friction", limits)
-    assert best.friction == 0.2
-    assert len(best.passes) > LAW_PLAIN_PASSES
+    best = fixed_point(one_pass, *one_pass(start), ("friction",), limits)
+    assert best.fields["friction"] == 0.2
+    assert len(best.passes) > PLAIN_PASSES
 
 
 # ----------------------------------------------------------------- Histories under laws of friction

@@ -11,15 +11,94 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Self
 
 import numpy as np
 
+from varcontact.interfaces.interface import (
+    BetweenBodies,
+    Fields,
+    Interface,
+    Response,
+    StepBefore,
+    Surroundings,
+)
+from varcontact.interfaces.potential import Potential
 from varcontact.scene.interface import Thermal
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import Steady, TimeStep
+from varcontact.scene.units import Scales
 from varcontact.transports import further_along
 
+TEMPERATURE = "temperature"
 RISE = "temperature_rise"
 """Rise of temperature of particles at the end of a step by the heat of the steps before."""
+TEMPERATURE_BEFORE = "temperature_before"
+"""Temperature at the end of the step before, where it was."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionalHeat(Interface):
+    """The temperature of the surfaces by the work of friction, which others may read."""
+
+    bodies: tuple[Thermal, Thermal]
+    motion: Steady | TimeStep
+    dx: float
+    scales: Scales
+    unbounded = True
+    by_slip = True
+
+    @classmethod
+    def between(cls, bodies: BetweenBodies) -> Self | None:
+        """The heat of a scene that has thermal data, in a motion that takes time."""
+        thermal = bodies.scene.thermal
+        motion = bodies.motion
+        if thermal is None:
+            return None
+        rolls_in_time = isinstance(motion, Steady) and motion.speed is not None
+        takes_time = isinstance(motion, TimeStep) and motion.dt is not None
+        if not (rolls_in_time or takes_time):
+            return None
+        assert isinstance(motion, Steady | TimeStep)
+        return cls(thermal, motion, bodies.grid.sides[0], bodies.scales)
+
+    @property
+    def gives(self) -> tuple[str, ...]:
+        return (TEMPERATURE,)
+
+    def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
+        return Potential(np.full(pressure.shape, np.inf))
+
+    def implied(self, response: Response, at: Surroundings) -> Fields:
+        """Temperature at the friction work of a response; in a history also by the heat that
+        particles bring along.
+        """
+        density = response.work() * self.scales.pressure / response.unit_slip
+        contact = response.pressure > 0
+        motion = self.motion
+        if isinstance(motion, Steady):
+            assert motion.speed is not None
+            power = density * motion.speed
+            found = surface_temperatures(power, contact, self.dx, motion.speed, self.bodies)
+            return {TEMPERATURE: found[0]}
+        rise = temperature_rise([Heat.of(density, contact, motion)], self.dx, self.bodies)
+        if RISE in at.arrived:
+            rise = rise + at.arrived[RISE]
+        return {TEMPERATURE: rise + background(1.0, self.bodies)[0]}
+
+    def arrive(self, before: StepBefore, at: Surroundings) -> Fields:
+        """Rise of temperature by the heat of all steps so far: at the end of the last one, and at
+        that of this one.
+        """
+        if not before.heat:
+            return {}
+        assert isinstance(self.motion, TimeStep)
+        last = temperature_rise(before.heat, self.dx, self.bodies)
+        nothing = np.zeros(before.pressure.shape)
+        path = [*before.heat, Heat.of(nothing, nothing > 0, self.motion)]
+        return {
+            TEMPERATURE_BEFORE: last + background(1.0, self.bodies)[0],
+            RISE: temperature_rise(path, self.dx, self.bodies),
+        }
 
 
 @dataclass(frozen=True, eq=False)
