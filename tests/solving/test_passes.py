@@ -38,7 +38,7 @@ def test_loops_within_loops_count_together():
 def test_a_loop_that_contracts_ends_at_its_tolerance():
     def halved(state):
         field = 0.1 * state.fields["friction"]
-        return state.under({"friction": field), float(field.max()})
+        return state.under({"friction": field}), float(field.max())
 
     start = unloaded(GRID).under({"friction": np.ones(GRID.shape)})
     found = fixed_point(halved, start, 1.0, ("friction",), ENDLESS)

@@ -276,7 +276,7 @@ def test_passes_go_on_where_two_solutions_have_just_vanished():
 
     def one_pass(state):
         found = after(state.fields["friction"])
-        return state.under({"friction": found), float(np.abs(after(found) - found).max()})
+        return state.under({"friction": found}), float(np.abs(after(found) - found).max())
 
     bare = ContactState(np.zeros((1, 1)), 0.0, np.zeros((2, 1, 1)), np.zeros(2))
     start = bare.under({"friction": np.array([[0.4]])})
