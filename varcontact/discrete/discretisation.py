@@ -29,6 +29,7 @@ from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Motion, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import Scales
 from varcontact.system.process import lazy_property
 from varcontact.transports import SteadyRolling, Step, Transport
@@ -113,7 +114,7 @@ class Discretisation:
             raise SceneError(
                 "motion.dq", dq, f"at most {STEP_MAX:g} times the element's dx, {dx:.6g}"
             )
-        if self.loading.steady and dq < STEP_MIN * dx:
+        if isinstance(motion, Steady) and dq < STEP_MIN * dx:
             raise SceneError(
                 "motion.dq", dq, f"at least {STEP_MIN:g} of the element's dx, {dx:.6g}"
             )
@@ -229,7 +230,10 @@ class Discretisation:
         whole, rest = divmod(round(self.step / dx, 9), 1.0)
         if rest == 0:
             return int(whole), 0.0
-        two_elements = replace(self.lattice, nx=2, ny=None if self.grid.line else 1)
+        rows: int | None = 1
+        if self.grid.line:
+            rows = None
+        two_elements = replace(self.lattice, nx=2, ny=rows)
         pair = Operators(two_elements, self.operators.medium)
         at_centres = pair.tangential()
         between = pair.carrying(rest * dx)
@@ -331,7 +335,7 @@ class Discretisation:
         operators = self.operators
         if isinstance(scene.motion, TimeStep):
             operators = operators.at_end(scene.motion.dt)
-        loading = replace(Loading.of(scene), previous_step=previous_step)
+        loading = replace(_loading_of(scene), previous_step=previous_step)
         at_step = replace(self, loading=loading, operators=operators)
         return replace(at_step, surface=surface, hertz=scene.hertz, distance=distance)
 
@@ -404,7 +408,7 @@ class Discretisation:
             points=self.points.reshape(2, -1)[:, elements],
             area=self.lattice.area,
             force=tuple(forces[i] for i in directions),
-            symmetric=not self.loading.steady,
+            symmetric=not self.transport.repeats,
             instant=instant,
             directions=directions,
         )
@@ -473,9 +477,17 @@ def discretise(scene: Scene, grid: Grid, built: Operators | None = None) -> Disc
         hertz,
         distance,
         scales,
-        Loading.of(scene),
+        _loading_of(scene),
         operators,
     )
+
+
+def _loading_of(scene: Scene) -> Loading:
+    """The loading of a scene; of a history without its motion."""
+    motion = None
+    if not isinstance(scene.motion, Transient):
+        motion = scene.motion
+    return Loading(scene, scene.friction, scene.normal_force, scene.approach, motion)
 
 
 def _check_depth(scene: Scene, grid: Grid) -> None:

@@ -8,9 +8,8 @@ import numpy as np
 
 from varcontact.interfaces.interface import Fields
 from varcontact.scene.friction import FrictionBound, Law
-from varcontact.scene.motion import Motion, Steady
+from varcontact.scene.motion import Motion
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,15 +47,3 @@ class Loading:
     previous_step: PreviousStep | None = None
     arrived: Fields = field(default_factory=dict)
     implicit: Fields = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, scene: Scene) -> Loading:
-        """The loading of a scene; of a history without its motion."""
-        motion = None
-        if not isinstance(scene.motion, Transient):
-            motion = scene.motion
-        return cls(scene, scene.friction, scene.normal_force, scene.approach, motion)
-
-    @property
-    def steady(self) -> bool:
-        return isinstance(self.motion, Steady)

@@ -207,7 +207,7 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     if disc.K != 0:
         fields = np.concatenate([traction, state.pressure[None]])
     elastic_end = _elastic_shift(disc, fields)
-    if disc.loading.steady or not disc.operators.medium.even:
+    if disc.transport.repeats or not disc.operators.medium.even:
         traction_start = traction
     else:
         traction_start = np.zeros_like(traction)
@@ -251,7 +251,7 @@ def _elastic_shift_at_start(disc: Discretisation, fields: np.ndarray, rolled: fl
         if len(fields) > 2:
             shift = shift - disc.operators.pressure_to_shift(backwards).apply(fields[2:])
         return shift
-    if disc.loading.steady:
+    if disc.transport.repeats:
         return -_mirrored(_elastic_shift(disc, _mirrored(fields)))
     return _mirrored(disc.operators.carrying(rolled).apply(_mirrored(fields)))
 

@@ -24,22 +24,23 @@ class Coulomb(Interface):
     ratio: float | np.ndarray
 
     @classmethod
-    def between(cls, bodies: BetweenBodies) -> Self | None:
-        """The friction of a scene, where it is a coefficient; without a motion none."""
+    def between(cls, bodies: BetweenBodies) -> Self:
+        """The coefficient of a scene; without a motion none."""
         friction = bodies.friction
-        if isinstance(friction, Law | FrictionBound):
-            return None
-        return cls(0.0 if friction is None else friction)
+        assert not isinstance(friction, Law | FrictionBound)
+        if friction is None:
+            friction = 0.0
+        return cls(friction)
 
     def coefficient(self, at: Surroundings) -> float | np.ndarray:
         return self.ratio
 
     @lazy_property
-    def frictionless(self) -> bool:  # type: ignore[override]
+    def frictionless(self) -> bool:
         return not np.any(self.ratio)
 
     @lazy_property
-    def unbounded(self) -> bool:  # type: ignore[override]
+    def unbounded(self) -> bool:
         return isinstance(self.ratio, float) and math.isinf(self.ratio)
 
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
@@ -56,11 +57,10 @@ class BoundByPressure(Interface):
     y: np.ndarray
 
     @classmethod
-    def between(cls, bodies: BetweenBodies) -> Self | None:
-        """The friction of a scene, where it is such a bound."""
+    def between(cls, bodies: BetweenBodies) -> Self:
+        """The bound of a scene on its grid."""
         friction = bodies.friction
-        if not isinstance(friction, FrictionBound):
-            return None
+        assert isinstance(friction, FrictionBound)
         return cls(friction, bodies.scales, *np.meshgrid(bodies.grid.x, bodies.grid.y))
 
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:

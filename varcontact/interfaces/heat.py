@@ -49,11 +49,10 @@ class FrictionalHeat(Interface):
 
     @classmethod
     def between(cls, bodies: BetweenBodies) -> Self | None:
-        """The heat of a scene that has thermal data, in a motion that takes time."""
+        """The heat of a scene with thermal data, in a motion that takes time."""
         thermal = bodies.scene.thermal
         motion = bodies.motion
-        if thermal is None:
-            return None
+        assert thermal is not None
         rolls_in_time = isinstance(motion, Steady) and motion.speed is not None
         takes_time = isinstance(motion, TimeStep) and motion.dt is not None
         if not (rolls_in_time or takes_time):

@@ -181,7 +181,9 @@ class Interface(ABC):
 
     def those(self, by_slip: bool) -> Interface | None:
         """The interfaces whose fields follow from slip, or from tractions alone."""
-        return self if self.by_slip == by_slip else None
+        if self.by_slip != by_slip:
+            return None
+        return self
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -248,15 +250,16 @@ class Interface(ABC):
         return ()
 
 
-def together(parts: tuple[Interface, ...]) -> Interface:
-    """Some interfaces as one; refused where one reads a field that none before it gives, or two own
-    the same quantity.
+def together(parts: tuple[Interface, ...]) -> Interface | None:
+    """Some interfaces as one, none as None; refused where one reads a field that none before it
+    gives, or two own the same quantity.
     """
-    _refuse_shared(parts)
+    if not parts:
+        return None
+    if len(parts) > 1:
+        return Several(parts)
     _refuse_missing(parts)
-    if len(parts) == 1:
-        return parts[0]
-    return Several(parts)
+    return parts[0]
 
 
 def _refuse_shared(parts: tuple[Interface, ...]) -> None:
@@ -360,24 +363,22 @@ class Several(Interface):
         return tuple(each for part in self.parts for each in part.warnings(response, at))
 
     def those(self, by_slip: bool) -> Interface | None:
-        return self._by_slip if by_slip else self._by_traction
+        if by_slip:
+            return self._by_slip
+        return self._by_traction
 
     @lazy_property
     def _by_slip(self) -> Interface | None:
-        return _or_none(tuple(part for part in self.parts if part.by_slip))
+        return together(tuple(part for part in self.parts if part.by_slip))
 
     @lazy_property
     def _by_traction(self) -> Interface | None:
-        return _or_none(tuple(part for part in self.parts if not part.by_slip))
+        return together(tuple(part for part in self.parts if not part.by_slip))
 
     def _asked(self) -> Iterator[Interface]:
         """The interfaces without those whose fields nobody reads."""
         read = {name for part in self.parts for name in part.needs}
         return (part for part in self.parts if not part.gives or read.intersection(part.gives))
-
-
-def _or_none(parts: tuple[Interface, ...]) -> Interface | None:
-    return together(parts) if parts else None
 
 
 def _collected(fields: Iterable[Fields]) -> Fields:

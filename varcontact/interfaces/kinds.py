@@ -4,16 +4,32 @@ here.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from varcontact.interfaces.coulomb import BoundByPressure, Coulomb
 from varcontact.interfaces.heat import FrictionalHeat
 from varcontact.interfaces.interface import BetweenBodies, Interface, together
 from varcontact.interfaces.laws import FrictionLaw
 from varcontact.interfaces.third_body import YieldingLayer
+from varcontact.scene.friction import FrictionBound, Law
 
-KINDS = (FrictionalHeat, Coulomb, FrictionLaw, BoundByPressure, YieldingLayer)
+KINDS: tuple[tuple[Callable[[BetweenBodies], bool], type[Any]], ...] = (
+    (lambda given: given.scene.thermal is not None, FrictionalHeat),
+    (lambda given: not isinstance(given.friction, Law | FrictionBound), Coulomb),
+    (lambda given: isinstance(given.friction, Law), FrictionLaw),
+    (lambda given: isinstance(given.friction, FrictionBound), BoundByPressure),
+    (
+        lambda given: given.scene.third_body is not None and given.scene.third_body.yields,
+        YieldingLayer,
+    ),
+)
+"""Which scenes have a kind, and its class."""
 
 
 def interface_of(bodies: BetweenBodies) -> Interface:
     """The interfaces between the bodies of a scene as one."""
-    found = (kind.between(bodies) for kind in KINDS)
-    return together(tuple(each for each in found if each is not None))
+    found = (kind.between(bodies) for has_one, kind in KINDS if has_one(bodies))
+    whole = together(tuple(each for each in found if each is not None))
+    assert whole is not None
+    return whole

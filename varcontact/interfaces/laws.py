@@ -69,17 +69,18 @@ class FrictionLaw(Interface):
     by_slip = True
 
     @classmethod
-    def between(cls, bodies: BetweenBodies) -> Self | None:
-        """The friction of a scene, where it follows a law."""
+    def between(cls, bodies: BetweenBodies) -> Self:
+        """The law of a scene."""
         law = bodies.friction
-        if not isinstance(law, Law):
-            return None
+        assert isinstance(law, Law)
         remembers = isinstance(bodies.motion, TimeStep) or law.memory_distance > 0
         return cls(law, bodies.grid, bodies.scales, remembers)
 
     @property
     def needs(self) -> tuple[str, ...]:
-        return (TEMPERATURE,) if self.law.warm else ()
+        if self.law.warm:
+            return (TEMPERATURE,)
+        return ()
 
     @property
     def carried(self) -> tuple[Quantity, ...]:
@@ -90,16 +91,12 @@ class FrictionLaw(Interface):
 
     def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
         law = self.law
-        return (
-            Quantity(
-                FRICTION,
-                "1",
-                law.static,
-                least=law.kinetic,
-                most=law.static,
-                passes=FROM_ONE_SIDE if law.continuous else JUMPS,
-            ),
-        )
+        passes = JUMPS
+        if law.continuous:
+            passes = FROM_ONE_SIDE
+        least = law.kinetic
+        most = law.static
+        return (Quantity(FRICTION, "1", most, least=least, most=most, passes=passes),)
 
     def coefficient(self, at: Surroundings) -> float | np.ndarray:
         return at.implicit.get(FRICTION, self.law.static)
@@ -113,7 +110,10 @@ class FrictionLaw(Interface):
             return {FRICTION: self._of_slip(start)}
         if start is None and FRICTION in at.arrived:
             return {FRICTION: at.arrived[FRICTION]}
-        return {FRICTION: np.full(shape, self.law.kinetic if start == "slip" else self.law.static)}
+        coefficient = self.law.static
+        if start == "slip":
+            coefficient = self.law.kinetic
+        return {FRICTION: np.full(shape, coefficient)}
 
     def after(self, response: Response, at: Surroundings) -> Fields:
         """The law's coefficients where it slips under those of the pass; elsewhere these."""
@@ -184,9 +184,13 @@ class FrictionLaw(Interface):
         whole, part = at.passed()
         if law.memory_distance > 0:
             of_slip = own_before
-        fresh = None if law.local else law.static
+        fresh: float | None = law.static
+        if law.local:
+            fresh = None
         forward = np.sign(at.transport.distance)
-        nearest = own_before if whole == 0 else of_slip
+        nearest = of_slip
+        if whole == 0:
+            nearest = own_before
         arrived = further_along(nearest, forward * whole, fresh)
         if part != 0:
             next_one = further_along(of_slip, forward * (whole + 1), fresh)
@@ -296,7 +300,9 @@ class FrictionLaw(Interface):
         if WEAKENING not in before.carried:
             return of_slip, of_slip
         own = law.static - before.carried[WEAKENING] * (law.static - law.kinetic)
-        slipping = before.slips if law.local else ~before.sticks
+        slipping = ~before.sticks
+        if law.local:
+            slipping = before.slips
         return of_slip, np.where(slipping, of_slip, own)
 
 

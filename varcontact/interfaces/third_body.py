@@ -42,12 +42,11 @@ class YieldingLayer(Interface):
     flows = True
 
     @classmethod
-    def between(cls, bodies: BetweenBodies) -> Self | None:
-        """The layer of a scene, where it yields."""
+    def between(cls, bodies: BetweenBodies) -> Self:
+        """The layer of a scene that yields."""
         layer = bodies.scene.third_body
         scales = bodies.scales
-        if layer is None or not layer.yields:
-            return None
+        assert layer is not None
         hardening = layer.k_tau * scales.displacement / scales.pressure
         return cls(layer.tau_c0 / scales.pressure, hardening)
 
