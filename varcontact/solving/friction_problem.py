@@ -18,7 +18,6 @@ from varcontact.discrete.contact_grid import known_grid, no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
-from varcontact.interfaces.coulomb import FRICTION
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import FrictionBound
 from varcontact.scene.motion import Shift, Steady
@@ -260,18 +259,16 @@ def friction_problem(scene: Scene) -> FrictionProblem:
     elements = normal.reachable().operator.elements
     if elements.size == 0:
         raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
-    notes = [
-        "the static coefficient of friction: its law depends on the slip"
-        for quantity in disc.implicit
-        if quantity.name == FRICTION
-    ]
+    notes = []
+    if disc.sought(by_slip=True):
+        notes.append("the static coefficient of friction: its law depends on the slip")
     components = _components(disc)
     need("the matrix of pressure and friction", 24.0 * (components * elements.size) ** 2, "fewer")
     shift = disc.known_shift.reshape(2, -1)[: components - 1, elements]
     distance = normal.distance[elements] - (normal.approach or 0.0)
     prescribed = _prescribed(disc)
     sums = [normal.force, *disc.tangential_forces]
-    coefficient = np.broadcast_to(np.asarray(disc.loading.coefficient), disc.grid.shape)
+    coefficient = np.broadcast_to(np.asarray(disc.coefficient), disc.grid.shape)
     return FrictionProblem(
         scene=scene,
         W=_matrix(disc, elements, components),

@@ -18,7 +18,6 @@ from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.state import ContactState, cells_of, divided, means, unloaded
 from varcontact.errors import SceneError
 from varcontact.html import Reported, in_rows
-from varcontact.interfaces.coulomb import FRICTION
 from varcontact.io import program as files
 from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
@@ -493,12 +492,12 @@ def _held_fixed(scene: Scene, disc: Discretisation) -> list[str]:
     """What a program takes as known that depends on the tractions; refused where that is a
     hardening layer.
     """
+    if disc.sought(by_slip=False):
+        why = "its yield stress follows from the tractions, and no program has it"
+        allowed = f"0 in steady rolling and 0 or more in a shift: {why}"
+        raise SceneError("third_body.k_tau", scene.third_body, allowed)
     notes = []
-    for quantity in disc.implicit:
-        if quantity.name != FRICTION:
-            why = "its yield stress follows from the tractions, and no program has it"
-            allowed = f"0 in steady rolling and 0 or more in a shift: {why}"
-            raise SceneError("third_body.k_tau", scene.third_body, allowed)
+    if disc.sought(by_slip=True):
         notes.append("the static coefficient of friction: its law depends on the slip")
     if disc.K != 0:
         notes.append(f"the pressure, which tractions would change ({scene.difference})")

@@ -193,10 +193,11 @@ class TimeStepping:
         self._check_interpolation(start)
         fields = interpolated(
             start.grid,
-            np.concatenate([start.traction, [start.pressure, start.power_density]]),
+            np.concatenate([start.traction, [start.pressure, start.power_density], start.slip]),
             grid,
         )
         placed = {"traction": fields[:2], "pressure": fields[2], "power_density": fields[3]}
+        placed |= {"slip": fields[4:]}
         placed |= {"state": sampled(start.grid, start.state, grid)}
         return replace(start, grid=grid, **placed, pressure_on_parts=None, carried={})
 
