@@ -9,7 +9,6 @@ import pytest
 import varcontact as vc
 from tests.scenes import make_scene
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.backends import PROGRAM_SOLVERS
@@ -17,7 +16,7 @@ from varcontact.solvers.conic.programs import normal_program
 from varcontact.solvers.interface import OutOfTime, Settings, SolveStats
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
-from varcontact.solvers.splitting import refine
+from varcontact.solvers.splitting.method import splitting_normal, splitting_tangential
 
 LATE = -math.inf
 
@@ -30,11 +29,6 @@ def problems(rolling):
     return disc.normal_problem(), disc.tangential_problem(sol.pressure / disc.scales.pressure)
 
 
-def unsolved(problem):
-    traction = np.zeros_like(getattr(problem, "rigid_shift", getattr(problem, "distance", None)))
-    return RawSolution(traction, np.zeros(max(traction.ndim, 1)))
-
-
 SOLVERS = {
     "norm": lambda normal, _, late: norm(normal, deadline=late.deadline),
     "norm-single": lambda normal, _, late: norm(normal, exchange="one", deadline=late.deadline),
@@ -42,10 +36,8 @@ SOLVERS = {
     "tang-safeguarded": lambda _, tangential, late: tang_safeguarded(tangential, settings=late),
     "newton, pressures": lambda normal, _, late: newton_normal(normal, late),
     "newton, tractions": lambda _, tangential, late: newton_tangential(tangential, late),
-    "splitting, pressures": lambda normal, _, late: refine(normal, late, unsolved(normal)),
-    "splitting, tractions": lambda _, tangential, late: refine(
-        tangential, late, unsolved(tangential)
-    ),
+    "splitting, pressures": lambda normal, _, late: splitting_normal(normal, late),
+    "splitting, tractions": lambda _, tangential, late: splitting_tangential(tangential, late),
     "clarabel, pressures": lambda normal, _, late: PROGRAM_SOLVERS["clarabel"].normal(normal, late),
     "osqp, pressures": lambda normal, _, late: PROGRAM_SOLVERS["osqp"].normal(normal, late),
     "scs, tractions": lambda _, tangential, late: PROGRAM_SOLVERS["scs"].tangential(

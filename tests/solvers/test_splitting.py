@@ -1,4 +1,4 @@
-"""Douglas and Rachford's splitting: to rounding from a rough answer, without active sets."""
+"""Projection and contraction: its theorem, and the answers of active sets from any start."""
 
 import dataclasses
 
@@ -6,41 +6,277 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
+from tests.solving.test_conformal import uneven
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.residuals import tangential_residual
+from varcontact.discrete.problems import NormalProblem, RawSolution, mirror_of
+from varcontact.discrete.residuals import gap, normal_gap
+from varcontact.interfaces.potential import Flow, Potential
+from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.conic.backends import PROGRAM_SOLVERS
-from varcontact.solvers.interface import Settings
-from varcontact.solvers.splitting import refine
+from varcontact.solvers.interface import Settings, natural_residual
+from varcontact.solvers.newton.tangential import ScaledTangential
+from varcontact.solvers.splitting import method
+from varcontact.solvers.splitting.inequality import Inequality
+from varcontact.solvers.splitting.method import splitting_normal, splitting_tangential
 
-MOTIONS = [
-    vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
-    vc.Steady(Fx=-0.2, vy=0.02, spin=0.1),
-    vc.Steady(Fx=-0.2, Fy=0.2),
-    vc.Shift(ux=0.05, uy=0.02, rotation=0.08),
-    vc.Shift(Fx=0.2),
-]
-CELLS = vc.Grid(nx=8, ny=8)
+TOL = 1e-9
+SETTINGS = Settings(TOL)
 
 
-def posed(scene):
-    """The scene on its grid, and its pressure without tractions."""
-    sol = vc.solve(dataclasses.replace(scene, motion=None, friction=None))
-    return discretise(scene, sol.grid), sol
+def split(problem, start=None, settings=SETTINGS):
+    by_kind = splitting_normal if isinstance(problem, NormalProblem) else splitting_tangential
+    return by_kind(problem, settings, start)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_tractions_from_an_interior_point_answer(rolling, motion):
-    """To rounding, where the solver's own answer is good to 1e-5; and the same as those of active
-    sets.
+def exact(problem):
+    """The answer of active sets."""
+    if not isinstance(problem, NormalProblem):
+        return tang_safeguarded(problem)
+    by_sets = norm(problem)
+    return by_sets if by_sets.solved else norm(problem, exchange="one")
+
+
+def check(problem, raw, atol=1e-7):
+    """Solved by our own residual and gap, and equal to active sets."""
+    assert (raw.status, raw.solved) == ("Solved", True)
+    assert natural_residual(problem, raw) <= TOL
+    of_gap = normal_gap if isinstance(problem, NormalProblem) else gap
+    if np.isfinite(getattr(problem, "bound", 0.0)).all():
+        assert of_gap(problem, raw.traction, raw.rigid)[1] <= TOL
+    other = exact(problem)
+    scale = np.abs(other.traction).max()
+    np.testing.assert_allclose(raw.traction, other.traction, rtol=0, atol=atol * scale)
+
+
+def ellipse(problem, **changes):
+    return problem(5, shape="ellipse", friction=0.3, carried=0.0, **changes)
+
+
+# ------------------------------------------------------------------------------------- the theorem
+
+
+@pytest.fixture(scope="module")
+def rolling_problem(tangential_problem):
+    """Tractions of rolling, whose matrix is not symmetric, with a prescribed force."""
+    return tangential_problem(5, shape="ellipse", friction=0.3, carried=0.3, rolling=True, step=1.0)
+
+
+@pytest.fixture(scope="module")
+def inequality(rolling_problem):
+    """The inequality, its matrix of fields, and its solution."""
+    scaled = ScaledTangential.of(rolling_problem)
+    posed = Inequality.of(scaled, symmetric=False)
+    at = scaled.initial_guess(tang_safeguarded(rolling_problem))
+    posed.choose_gamma(at)
+    return posed, posed.in_double_precision(posed.start(at))
+
+
+def test_every_point_has_a_direction_to_the_solution(inequality):
+    """(u - u*)'q is |e|^2 or more, at points near and far: no symmetry is needed."""
+    posed, solution = inequality
+    rng = np.random.default_rng(0)
+    for size in np.geomspace(1e-4, 1e2, 60):
+        distance = size * rng.normal(size=solution.u.shape) * posed.conditions.contact
+        u = solution.u + distance
+        at = posed.iterate(u, posed.product.apply(u), solution.multipliers)
+        q = at.error + posed.gamma * posed.product.transposed(at.error)
+        assert np.vdot(distance, q) >= (1 - 1e-6) * at.size**2
+
+
+def metric_of(posed):
+    """H^-1 as a matrix between the components of elements in contact."""
+    contact = np.flatnonzero(
+        np.broadcast_to(posed.conditions.contact, posed.conditions.known.shape)
+    )
+    columns = []
+    for place in contact:
+        field = np.zeros(posed.conditions.known.size)
+        field[place] = 1.0
+        image = posed.circulant.metric(field.reshape(posed.conditions.known.shape))
+        columns.append(image.ravel()[contact])
+    return np.array(columns).T, contact
+
+
+def test_contractions_lead_nearer_in_the_metric(inequality):
+    """The metric is symmetric and positive definite; in its norm each contraction is nearer."""
+    posed, solution = inequality
+    inverse, contact = metric_of(posed)
+    np.testing.assert_allclose(inverse, inverse.T, atol=1e-6)
+    assert np.linalg.eigvalsh((inverse + inverse.T) / 2).min() > 1e-3
+    H = np.linalg.inv(inverse)
+    u = solution.u + 10 * np.random.default_rng(1).normal(size=solution.u.shape)
+    u *= posed.conditions.contact
+    at = posed.iterate(u, posed.product.apply(u), solution.multipliers)
+    distances = []
+    for _ in range(40):
+        difference = (at.u - solution.u).ravel()[contact]
+        distances.append(difference @ H @ difference)
+        at = method.contraction(posed, at)
+    assert np.all(np.diff(distances) < 0)
+    assert distances[-1] < 1e-4 * distances[0]
+
+
+def test_contractions_alone_reach_the_tolerance(rolling_problem, monkeypatch):
+    """Without a single accepted candidate: they are the proof."""
+    monkeypatch.setattr(method, "ASTRAY", 0.0)
+    monkeypatch.setattr(method, "RECORD", 0.0)
+    check(rolling_problem, split(rolling_problem))
+
+
+def test_candidates_that_lead_astray_are_given_up(rolling_problem, monkeypatch):
+    """Ten times too long, and turned round: the record rule ends each attempt, contractions do
+    the rest.
     """
-    disc, sol = posed(rolling(motion=motion, grid=CELLS))
+    calls = []
+
+    def astray(self, point, step):
+        calls.append(1)
+        return point - 10 * step
+
+    monkeypatch.setattr(method.Extrapolation, "next_point", astray)
+    check(rolling_problem, split(rolling_problem))
+    assert calls
+
+
+# -------------------------------------------------------------------------------------- the answers
+
+
+def test_one_element_in_closed_form(normal_problem, tangential_problem):
+    """``p = (d - h)/A``; ``p = -W/M``, no longer than the bound."""
+    pressed = normal_problem(1)
+    one = pressed.operator.grid_operator.on(pressed.operator.elements[:1])
+    pressed = dataclasses.replace(
+        pressed, operator=one, distance=np.zeros(1), force=None, approach=0.3
+    )
+    raw = split(pressed)
+    np.testing.assert_allclose(raw.traction, 0.3 / one.diagonal, rtol=1e-9)
+    for friction in (0.1, 1e3):
+        problem = ellipse(tangential_problem, rolling=False, nu=0.0)
+        one = problem.operator.grid_operator.on(problem.operator.elements[:1])
+        problem = dataclasses.replace(
+            problem,
+            operator=one,
+            rigid_shift=np.array([[0.3], [-0.4]]),
+            potential=Potential(np.array([friction])),
+            points=problem.points[:, :1],
+        )
+        size = min(0.5 / one.diagonal, friction)
+        raw = split(problem)
+        np.testing.assert_allclose(raw.traction[:, 0], [-0.6 * size, 0.8 * size], rtol=1e-9)
+
+
+@pytest.mark.parametrize("seeds", [range(first, first + 9) for first in range(0, 63, 9)])
+def test_tractions_of_random_problems(tangential_problem, seeds):
+    """Also those that Newton's method leaves unsolved, 34 and 60."""
+    for seed in seeds:
+        problem = tangential_problem(seed)
+        check(problem, split(problem))
+
+
+@pytest.mark.parametrize("line", [False, True])
+def test_pressures_of_random_problems(normal_problem, line):
+    for seed in range(20):
+        problem = normal_problem(seed, line)
+        check(problem, split(problem))
+
+
+def test_no_slip(tangential_problem):
+    for seed in (2, 11):
+        problem = tangential_problem(seed, no_slip=True)
+        check(problem, split(problem))
+
+
+@pytest.mark.parametrize("carried", [0.0, 0.5])
+def test_a_layer_that_yields(tangential_problem, carried):
+    """The proximal map of a flow, free and under a force: the answer of TANG."""
+    problem = tangential_problem(5, shape="ellipse", friction=0.6, carried=carried, rolling=True)
+    threshold = 0.3 * problem.bound.max()
+    flow = Flow(np.full(problem.size, threshold), hardening=0.2)
+    problem = dataclasses.replace(problem, potential=Potential(problem.bound, flow))
+    raw = split(problem)
+    check(problem, raw)
+    assert np.linalg.norm(raw.traction, axis=0).max() > 1.01 * threshold
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3, 1e6])
+def test_from_any_start(rolling_problem, normal_problem, size):
+    rng = np.random.default_rng(3)
+    for problem in (rolling_problem, normal_problem(4)):
+        right = exact(problem)
+        off = size * np.abs(right.traction).max() * rng.normal(size=right.traction.shape)
+        start = RawSolution(right.traction + off, right.rigid + size * rng.normal(), 0, "start")
+        check(problem, split(problem, start))
+
+
+@pytest.mark.parametrize("step", [0.02, 0.01])
+def test_steps_far_shorter_than_an_element(tangential_problem, step):
+    """Where Newton's method crawls: the symmetric part is nearly singular, yet definite."""
+    problem = tangential_problem(
+        8, shape="levels", friction=0.3, carried=0.0, rolling=True, step=step, nu=0.28
+    )
+    assert problem.symmetric_part is not None
+    check(problem, split(problem), atol=1e-4)
+
+
+def test_half_of_a_symmetric_contact(rolling):
+    """TANG's half is solved from a start by its folded operator, with its transpose."""
+    scene = rolling(motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=10, ny=10))
+    sol = vc.solve(scene)
+    disc = discretise(scene, sol.grid)
     problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
-    rough = PROGRAM_SOLVERS["clarabel"].tangential(problem, Settings(1e-4))
-    assert tangential_residual(problem, rough.traction, rough.rigid) > 1e-7
-    fine = refine(problem, Settings(1e-12), rough)
-    assert fine.solved
-    assert tangential_residual(problem, fine.traction, fine.rigid) <= 1e-12
-    exact = tang_safeguarded(problem)
-    np.testing.assert_allclose(fine.traction, exact.traction, atol=1e-10 * problem.bound.max())
-    np.testing.assert_allclose(fine.rigid, exact.rigid, atol=1e-10)
+    half = mirror_of(problem).fold(problem)
+    nothing = RawSolution(np.zeros_like(half.rigid_shift), np.zeros(2), 0, "start")
+    check(half, split(half, nothing))
+
+
+@pytest.mark.parametrize("curved", [False, True])
+def test_products_with_the_transpose(curved):
+    """Against dense matrices; on a surface whose curvature varies, by harmonics mirrored."""
+    scene = make_scene(vc.Ellipse(1.2, 0.9), 1.0, vc.Steady(vx=0.04), vc.Grid(nx=9, ny=8))
+    if curved:
+        scene = uneven()
+    sol = vc.solve(scene)
+    operator = discretise(scene, sol.grid).tangential_operator
+    elements = np.arange(operator.shape[0] * operator.shape[1])
+    assert operator.toeplitz != curved
+    np.testing.assert_allclose(
+        operator.transposed.dense(elements), operator.dense(elements).T, atol=1e-14
+    )
+
+
+@pytest.mark.slow
+def test_fifty_thousand_elements(rolling):
+    """Sticking nearly all over, where rounds are most: hundreds, not thousands."""
+    scene = rolling(motion=vc.Steady(vx=0.02, spin=0.02), grid=vc.Grid(nx=256, ny=256))
+    sol = vc.solve(scene, method="convex", certify="none")
+    assert sol.certificate.residual <= 1e-8
+    assert sol.calls["tangential"]["splitting"].iterations < 800
+
+
+# ------------------------------------------------------------------------------------- honest ends
+
+
+def test_the_best_iterate_where_rounds_end(rolling_problem, monkeypatch):
+    monkeypatch.setattr(method, "ROUNDS_MAX", 8)
+    raw = split(rolling_problem)
+    assert (raw.status, raw.solved) == ("MaxRounds", False)
+    assert TOL < natural_residual(rolling_problem, raw) < 0.1
+
+
+def test_no_proof_without_a_definite_symmetric_part(rolling, monkeypatch):
+    """Elements ten times as long as wide, steps of a fiftieth, nu = 0.5: it ends, and says so."""
+    monkeypatch.setattr(method, "ROUNDS_MAX", 300)
+    motion = vc.Steady(vx=0.02, vy=-0.01, spin=0.02, dq=0.02 * 2 / 8)
+    scene = rolling(bodies=vc.Bodies(G=1.0, nu=0.5), motion=motion, grid=vc.Grid(nx=8, ny=80))
+    with pytest.raises(vc.NotConverged, match="no proof, as the symmetric part is not definite"):
+        vc.solve(scene, method="convex")
+
+
+def test_no_number_is_an_answer(normal_problem, tangential_problem):
+    for problem, field in ((normal_problem(1), "distance"), (tangential_problem(5), "rigid_shift")):
+        values = getattr(problem, field).copy()
+        values[..., 1] = np.nan
+        raw = split(dataclasses.replace(problem, **{field: values}))
+        assert (raw.status, raw.solved) == ("NotANumber", False)
+        assert raw.finite

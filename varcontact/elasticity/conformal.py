@@ -240,9 +240,13 @@ class ConformalOperator(GridOperator):
         flat = GridOperator.in_blocks(blocks)
         return ConformalOperator(flat.shape, flat.table, curved[0][0].angles, harmonics)
 
+    @property
+    def transposed(self) -> ConformalOperator:
+        harmonics = TRANSPOSE_SIGNS * self.harmonics[..., ::-1, ::-1].swapaxes(1, 2)
+        return ConformalOperator(self.shape, super().transposed.table, self.angles, harmonics)
+
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
-        transposed = TRANSPOSE_SIGNS * self.harmonics[..., ::-1, ::-1].swapaxes(1, 2)
-        harmonics = (self.harmonics + sign * transposed) / 2
+        harmonics = (self.harmonics + sign * self.transposed.harmonics) / 2
         table = super().symmetric_part(sign).table
         return ConformalOperator(self.shape, table, self.angles, harmonics)
 

@@ -232,12 +232,14 @@ class GridOperator:
         rows = [np.concatenate([block.table for block in row], axis=1) for row in blocks]
         return GridOperator(blocks[0][0].shape, np.concatenate(rows))
 
+    @property
+    def transposed(self) -> GridOperator:
+        """M', by the mirrored table."""
+        return GridOperator(self.shape, self.table[:, :, ::-1, ::-1].swapaxes(0, 1))
+
     def symmetric_part(self, sign: float = 1.0) -> GridOperator:
-        """``(M + s M')/2``, s the `sign`, of a square operator: the transpose of a Toeplitz one
-        mirrors its table.
-        """
-        mirrored = self.table[:, :, ::-1, ::-1].swapaxes(0, 1)
-        return GridOperator(self.shape, (self.table + sign * mirrored) / 2)
+        """``(M + s M')/2``, s the `sign`, of a square operator."""
+        return GridOperator(self.shape, (self.table + sign * self.transposed.table) / 2)
 
     def forget(self) -> None:
         """Let go of the restricted operators that are remembered, and of their matrices."""

@@ -16,6 +16,7 @@ from varcontact.solvers.conic.backends import PROGRAM_SOLVERS, ProgramSolver, un
 from varcontact.solvers.interface import Settings, counted
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
+from varcontact.solvers.splitting.method import splitting_normal, splitting_tangential
 from varcontact.system.process import imported
 
 Kind = Literal["normal", "tangential"]
@@ -43,6 +44,8 @@ class SolverSpec:
     restarts : bool
         Whether it is called again, from no start, where it fails from one (the step, the pass
         or the creepage before).
+    falls_back : bool
+        Whether splitting takes over from its best point where it misses the tolerance.
     """
 
     name: str
@@ -53,6 +56,7 @@ class SolverSpec:
     needs: tuple[str, ...] = ()
     intervals_only: bool = False
     restarts: bool = False
+    falls_back: bool = False
 
     def __call__(
         self,
@@ -119,13 +123,17 @@ def of_program(kind: Kind, solver: ProgramSolver) -> SolverSpec:
 SOLVERS: dict[tuple[Kind, str], SolverSpec] = {
     (spec.kind, spec.name): spec
     for spec in (
-        SolverSpec("norm", "normal", _norm("set")),
+        SolverSpec("norm", "normal", _norm("set"), falls_back=True),
         SolverSpec("norm-single", "normal", _norm("one")),
-        SolverSpec("newton", "normal", newton_normal, matrix_free=True),
+        SolverSpec("newton", "normal", newton_normal, matrix_free=True, falls_back=True),
+        SolverSpec("splitting", "normal", splitting_normal, matrix_free=True),
         SolverSpec("tang", "tangential", _tang("inexact"), restarts=True),
         SolverSpec("tang-exact", "tangential", _tang("exact"), restarts=True),
-        SolverSpec("tang-safeguarded", "tangential", _tang_safeguarded, restarts=True),
-        SolverSpec("newton", "tangential", newton_tangential, matrix_free=True),
+        SolverSpec(
+            "tang-safeguarded", "tangential", _tang_safeguarded, restarts=True, falls_back=True
+        ),
+        SolverSpec("newton", "tangential", newton_tangential, matrix_free=True, falls_back=True),
+        SolverSpec("splitting", "tangential", splitting_tangential, matrix_free=True),
         *(of_program("normal", solver) for solver in PROGRAM_SOLVERS.values()),
         *(of_program("tangential", solver) for solver in PROGRAM_SOLVERS.values()),
     )

@@ -24,7 +24,7 @@ from varcontact.solvers.interface import (
     counted,
     natural_residual,
 )
-from varcontact.solvers.splitting import Splitting
+from varcontact.solvers.splitting.method import splitting_tangential
 from varcontact.system.process import interruptible
 
 MAX_EXCHANGES = 200
@@ -45,9 +45,10 @@ REUSE_RATIO = 1e-3
 MAX_IDLE_STEPS = 5
 """Newton steps without a smaller residual after which the safeguarded version tries another
 start."""
+SPLITTING_TOLS = (1e-2, 1e-4, 1e-6)
+"""Residuals to which splitting brings the safeguarded version where its own start leads nowhere."""
 STEP_PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)
 """Parts of a Newton step that the line search of the safeguarded version tries in turn."""
-SPLITTING_ROUNDS = (50, 200, 800)
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,10 +279,8 @@ def tang_safeguarded(
     An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which
     is the paper's points 4 and 5 in one. Steps are judged by the residual of that map. The start is
     the tractions of infinite friction, cut off at the bound. Where no way leads down from there,
-    Douglas and Rachford's splitting, which converges from anywhere but slowly, comes near enough
-    for Newton's method. With forces prescribed that friction can just carry, or low friction, it is
-    too slow: there TANG with inexact Newton steps is asked before, and where rigid shifts lead at
-    which forces balance.
+    projection and contraction (`splitting`), which converges from anywhere, comes near enough for
+    Newton's method. With forces prescribed TANG with inexact Newton steps is asked before.
 
     From a given start only that is tried, for `max_steps` Newton steps. The answer is the best
     iterate by its residual; `status` is "Solved" or "MaxIterations". `iterations` counts Newton
@@ -313,7 +312,7 @@ def _further_starts(
     problem: TangentialProblem, at: RawSolution, settings: Settings
 ) -> Iterator[tuple[RawSolution, int]]:
     """Starts for another descent, with the Newton steps they took: TANG, where forces are
-    prescribed, then more and more rounds of the splitting.
+    prescribed, then splitting to smaller and smaller residuals.
     """
     if problem.free:
         inexact: TangentialSolver = counted(
@@ -321,12 +320,9 @@ def _further_starts(
         )
         raw = inexact(problem, settings, None)
         yield raw, raw.iterations
-    splitting = None
-    for rounds in SPLITTING_ROUNDS:
-        with settings.stats.called("splitting"):
-            splitting = splitting or Splitting(problem)
-            _, at = splitting.moved(_trial(problem, at), rounds, settings.deadline)
-            settings.stats.iterated("splitting", rounds)
+    splitting: TangentialSolver = counted("splitting", splitting_tangential)
+    for tol in SPLITTING_TOLS:
+        at = splitting(problem, replace(settings, tol=tol), at)
         yield at, 0
 
 

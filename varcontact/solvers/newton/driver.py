@@ -2,8 +2,7 @@
 a matrix: from a start or coarse grids.
 
 Each step's linear equations are solved by GCR to a rough residual; a line
-search keeps it converging. Small problems that it leaves unsolved go to dense
-active sets.
+search keeps it converging.
 """
 
 from __future__ import annotations
@@ -11,12 +10,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.solvers.interface import Settings, Solver, better, check_time
+from varcontact.solvers.interface import Settings, better, check_time
 from varcontact.solvers.newton.gcr import Forces, gcr, room_for
 from varcontact.solvers.newton.globalisation import (
     Conditions,
@@ -29,13 +28,11 @@ from varcontact.solvers.newton.hierarchy import LEAST_SIDE, Box, doubled, halved
 from varcontact.solvers.newton.kernel import Kernel
 from varcontact.system.process import lazy_property
 
-MAX_STEPS = 100
-"""Newton steps: 10 to 30 are usual, but for steps of rolling below dx/20."""
-MAX_STEPS_SMALL = 40
-"""Newton steps where active sets can take over."""
-DENSE = 2000
-"""Elements up to which a problem that Newton's method leaves unsolved is given to dense active
-sets."""
+MAX_STEPS = 40
+"""Newton steps: 10 to 30 are usual, but for steps of rolling below dx/20, where splitting takes
+over."""
+REFINED_ELEMENTS_MAX = 2000
+"""Elements up to which a solved problem is refined."""
 COARSE_TOL = 1e-2
 """Residual on all grids but the finest."""
 ROUNDED = 0.9
@@ -94,6 +91,19 @@ class GridConditions(Conditions):
     def contact(self) -> np.ndarray:
         """Elements where tractions can act."""
         return self.bound > 0
+
+    @property
+    def slides(self) -> bool:
+        """True of tractions, which slide at their bound."""
+        return True
+
+    @abstractmethod
+    def proximal(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        """The proximal map of the potential, of trial tractions ``p - E/weight``."""
+
+    @abstractmethod
+    def sticks(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        """Elements (ny, nx) whose trial tractions ``p - E/weight`` are within their bound."""
 
     @property
     def coarsens(self) -> bool:
@@ -171,43 +181,31 @@ class GridProblem(Problem[G]):
         return values, self.sign * rigid.ravel() * self.displacement
 
 
-def solve(
-    problem: GridProblem[G],
-    start: RawSolution | None,
-    settings: Settings,
-    active_sets: Solver[Any, RawSolution],
-) -> RawSolution:
-    """Newton's method from a start; without one, or if that fails, from coarse grids; then active
-    sets.
-    """
+def solve(problem: GridProblem[G], start: RawSolution | None, settings: Settings) -> RawSolution:
+    """Newton's method from a start; without one, or if that fails, from coarse grids."""
     tol = ROUNDED * settings.tol
     steps = 0
     raw = None
-    small = len(problem.box.places) <= DENSE
-    max_steps = MAX_STEPS_SMALL if small else MAX_STEPS
     # from the start
     if start is not None and start.finite:
-        raw = solve_from(problem, problem.initial_guess(start), tol, settings, max_steps)
+        raw = solve_from(problem, problem.initial_guess(start), tol, settings)
         steps = raw.iterations
     # from coarse grids
     if raw is None or not raw.solved:
         at, coarse_steps = _from_coarse_grids(problem.conditions, settings)
-        raw = solve_from(problem, at, tol, settings, max_steps)
+        raw = solve_from(problem, at, tol, settings)
         steps += coarse_steps + raw.iterations
     raw = replace(raw, iterations=steps)
-    if not small or (raw.solved and settings.loose_tolerance):
+    small = len(problem.box.places) <= REFINED_ELEMENTS_MAX
+    if not (small and raw.solved) or settings.loose_tolerance:
         return raw
-    # solved: a few more steps; else by active sets
-    if raw.solved:
-        refined_tol = max(REFINED_PART * tol, REFINED_TOL_MIN)
-        guess = problem.initial_guess(raw)
-        refined = solve_from(problem, guess, refined_tol, settings, REFINED_STEPS)
-        steps += refined.iterations
-        refined = replace(refined, iterations=steps, status=raw.status, solved=True)
-        return better(problem.problem, raw, refined)
-    other = active_sets(problem.problem, settings, raw)
-    reason = f"newton missed the tolerance, {other.solver} was used"
-    return better(problem.problem, raw, replace(other, iterations=steps, reason=reason))
+    # solved: a few more steps
+    refined_tol = max(REFINED_PART * tol, REFINED_TOL_MIN)
+    guess = problem.initial_guess(raw)
+    refined = solve_from(problem, guess, refined_tol, settings, REFINED_STEPS)
+    steps += refined.iterations
+    refined = replace(refined, iterations=steps, status=raw.status, solved=True)
+    return better(problem.problem, raw, refined)
 
 
 def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[Point, int]:
@@ -225,7 +223,7 @@ def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[
 
 
 def solve_from(
-    problem: Problem[C], at: Point, tol: float, settings: Settings, max_steps: int
+    problem: Problem[C], at: Point, tol: float, settings: Settings, max_steps: int = MAX_STEPS
 ) -> RawSolution:
     at, status, steps = newton(problem.conditions, at, tol, settings, problem, max_steps)
     return RawSolution(*problem.physical(at.traction, at.rigid), steps, status, status == "Solved")

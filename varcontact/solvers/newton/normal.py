@@ -13,8 +13,7 @@ import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.discrete.residuals import normal_gap, normal_residual
-from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.interface import Settings, counted
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import GridConditions, GridProblem, point, solve
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point
@@ -33,15 +32,7 @@ def newton_normal(
     scaled = ScaledNormal.of(problem)
     if scaled is None:
         return apart
-    return solve(scaled, start, settings, counted("norm", _active_sets))
-
-
-def _active_sets(problem: NormalProblem, settings: Settings, near: RawSolution) -> RawSolution:
-    """NORM from the pressures of Newton's method; one element at a time where that cycles."""
-    raw = norm(problem, near, deadline=settings.deadline)
-    if raw.solved:
-        return raw
-    return norm(problem, exchange="one", deadline=settings.deadline)
+    return solve(scaled, start, settings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +47,20 @@ class NormalConditions(GridConditions):
     def of_step(self) -> bool:
         return False
 
+    @property
+    def slides(self) -> bool:
+        return False
+
     def projected(self, trial: np.ndarray) -> np.ndarray:
         return np.maximum(trial, 0.0) * self.contact
+
+    def proximal(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        return self.projected(trial)
+
+    def sticks(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        """Elements in contact."""
+        contact: np.ndarray = self.contact & (trial[0] > 0)
+        return contact
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
         """Positive only where the natural map has contact."""

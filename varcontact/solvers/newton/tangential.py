@@ -17,8 +17,7 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Flow, FlowDerivative, Potential, magnitude, project
-from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.interface import Settings, TangentialSolver, counted
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import GridConditions, GridProblem, solve
 from varcontact.solvers.newton.gcr import Forces, System
 from varcontact.solvers.newton.globalisation import Point, dot
@@ -34,11 +33,6 @@ SLOPE_MAX = 1e8
 """Slip divided by the traction bound that no larger one differs from."""
 NEARLY_STICK = 1e-3
 """Slip divided by the bound below which the preconditioner treats an element as one that sticks."""
-
-ACTIVE_SETS: TangentialSolver = counted(
-    "tang-safeguarded", lambda problem, settings, _: tang_safeguarded(problem, settings=settings)
-)
-"""The safeguarded TANG, from its own start."""
 
 
 def newton_tangential(
@@ -57,7 +51,7 @@ def newton_tangential(
     scaled = ScaledTangential.of(problem)
     if scaled is None:
         return still
-    return solve(scaled, start, settings, ACTIVE_SETS)
+    return solve(scaled, start, settings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +78,13 @@ class TangentialConditions(GridConditions):
         return Potential(self.bound, flow)
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
-        return self.potential(trial).projected(trial, 1.0)
+        return self.proximal(trial, 1.0)
+
+    def proximal(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        return self.potential(trial).projected(trial, weight)
+
+    def sticks(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        return self.contact & ~self.potential(trial).slips(trial, weight)
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
         return project(traction, self.bound)

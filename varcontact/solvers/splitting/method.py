@@ -1,0 +1,240 @@
+"""Projection and contraction: the method of the room, for the normal and the tangential problem.
+
+With ``e = u - P(u - gamma (W + M u))``, P the projection on what is admissible,
+and ``q = (I + gamma M')e``, every u has ``(u - u*)'q >= |e|^2`` for the solution
+u*. So the step ``u - a (|e|^2/q's) s`` with ``s = H^-1 q``, 0 < a < 2, leads
+nearer to u* in the norm of any symmetric positive definite H, whether M is
+symmetric or not. Here H^-1 is a circulant. Such a contraction needs no start
+and no linear system, but many rounds; Anderson's extrapolation needs few, but
+has no proof. Candidates of the extrapolation are taken as long as they lower
+the least ``|e|``, and contractions where they do not: the proof then holds for
+both together (docs/proofs.md).
+
+Sources: B. He, Appl. Math. Optim. 35 (1997) 69-76; M. V. Solodov and P. Tseng,
+SIAM J. Control Optim. 34 (1996) 1814-1830.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.solvers.interface import Settings, check_time
+from varcontact.solvers.newton.driver import ROUNDED, GridConditions, GridProblem
+from varcontact.solvers.newton.globalisation import Point
+from varcontact.solvers.newton.normal import ScaledNormal
+from varcontact.solvers.newton.tangential import ScaledTangential
+from varcontact.solvers.splitting.anderson import Extrapolation
+from varcontact.solvers.splitting.inequality import Inequality, Iterate
+
+CONTRACTION = 1.5
+"""Factor a of the contractions: any between 0 and 2 contracts."""
+RECORD = 0.9
+"""Part of the least ``|e|`` that counts as a new record."""
+PATIENCE = 12
+"""Candidates in a row without a record after which contractions take over."""
+ASTRAY = 4.0
+"""Part of the record above which a candidate is given up at once."""
+CONTRACTIONS_MIN = 5
+"""Contractions at least before candidates are tried again."""
+ROUNDS_MAX = 5000
+COARSE_TOL = 1e-2
+COARSE_ROUNDS_MAX = 300
+"""Residual, and rounds at most, on coarse grids."""
+NOISE_SINGLE = 3e-7
+"""Error of a product in single precision, relative to the largest traction."""
+NOISE_PART = 0.05
+"""Part of the residual up to which such errors may add up."""
+JUDGEMENTS_MAX = 20
+"""Judgements at most, each with a smaller goal for the rounds."""
+
+
+def splitting_normal(
+    problem: NormalProblem, settings: Settings, start: RawSolution | None = None
+) -> RawSolution:
+    """Solve the normal problem."""
+    approach = np.array([problem.approach or 0.0])
+    apart = RawSolution(np.zeros_like(problem.distance), approach, 0, "Solved")
+    if not np.isfinite(problem.distance).all():
+        return replace(apart, status="NotANumber", solved=False)
+    scaled = ScaledNormal.of(problem)
+    if scaled is None:
+        return apart
+    return solve(scaled, settings, start)
+
+
+def splitting_tangential(
+    problem: TangentialProblem, settings: Settings, start: RawSolution | None = None
+) -> RawSolution:
+    """Solve the tangential problem: convex wherever the symmetric part of M is positive definite.
+
+    A yield stress that the tractions of the same pass raise is none of a convex problem.
+    """
+    still = RawSolution(
+        np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "Solved"
+    )
+    if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
+        return replace(still, status="NotANumber", solved=False)
+    scaled = ScaledTangential.of(problem)
+    if scaled is None:
+        return still
+    raw = solve(scaled, settings, start)
+    if raw.solved or problem.symmetric or problem.symmetric_part is not None:
+        return raw
+    return replace(raw, status=f"{raw.status}: no proof, as the symmetric part is not definite")
+
+
+def solve(problem: GridProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
+    """Rounds from a start, or from coarse grids, until the answer is right as a certificate judges
+    it.
+    """
+    symmetric = problem.problem.symmetric
+    tol = ROUNDED * settings.tol
+    # the first point, and the step gamma for the share of elements that stick there
+    count = 0
+    if start is not None and start.finite:
+        first = problem.initial_guess(start)
+    else:
+        first, count = _from_coarse_grids(problem.conditions, settings, symmetric)
+    inequality = Inequality.of(problem, symmetric)
+    inequality.choose_gamma(first)
+    iterate = inequality.start(first)
+    # rounds to a goal, which is smaller where the certificate's judgement differs
+    goal = tol
+    status = "MaxRounds"
+    for _ in range(JUDGEMENTS_MAX):
+        run = rounds(inequality, iterate, goal, settings, ROUNDS_MAX)
+        iterate = run.best
+        count += run.count
+        point = inequality.point(iterate)
+        point = replace(point, shift=problem.shift(point.traction, point.rigid))
+        error = problem.error(point)
+        if error <= tol:
+            status = "Solved"
+            break
+        if not run.reached:
+            break
+        goal *= min(0.5, 0.5 * tol / error)
+    if not np.isfinite(iterate.size):
+        status = "NotANumber"
+    solved = status == "Solved"
+    return RawSolution(*problem.physical(point.traction, point.rigid), count, status, solved)
+
+
+def _from_coarse_grids(
+    conditions: GridConditions, settings: Settings, symmetric: bool
+) -> tuple[Point, int]:
+    """A point on the finest grid, and the rounds on the coarse ones."""
+    grids = [conditions]
+    while grids[-1].coarsens:
+        grids.append(grids[-1].coarser())
+    at = grids[-1].first()
+    count = 0
+    for coarse, fine in pairwise(reversed(grids)):
+        inequality = Inequality.coarse(coarse, symmetric)
+        inequality.choose_gamma(at)
+        start = inequality.start(at)
+        run = rounds(inequality, start, COARSE_TOL, settings, COARSE_ROUNDS_MAX)
+        at = fine.refined(inequality.point(run.best), coarse)
+        count += run.count
+    return at, count
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """The best iterate of some rounds, their number, and whether they have reached their goal."""
+
+    best: Iterate
+    count: int
+    reached: bool
+
+
+def rounds(
+    inequality: Inequality, start: Iterate, goal: float, settings: Settings, most: int
+) -> Run:
+    """Candidates of the extrapolation, and contractions where these gain nothing, until a residual
+    is below the goal.
+    """
+    extrapolation = Extrapolation(start.u.size)
+    now = start
+    best = start
+    record = start.size
+    idle = 0
+    count = 0
+    while count < most:
+        check_time(settings.deadline)
+        # the end, judged in double precision
+        residual = inequality.residual(now)
+        settings.stats.tell(f"{inequality.words}, round {count}, residual {residual:.1e}")
+        if residual <= goal and now.noise > 0:
+            now = inequality.in_double_precision(now)
+            residual = inequality.residual(now)
+        if residual <= goal:
+            return Run(now, count, True)
+        # a candidate, and whether it is a record
+        now = _candidate(inequality, now, extrapolation, residual)
+        count += 1
+        idle += 1
+        best = min(best, now, key=_size)
+        if now.size <= RECORD * record:
+            record = now.size
+            idle = 0
+        # where candidates gain nothing, contractions from the best point
+        if idle > PATIENCE or not now.size <= ASTRAY * record:
+            extrapolation.forget()
+            now, contractions = _contracted(inequality, best, goal, settings, most - count)
+            count += contractions
+            idle = 0
+            best = min(best, now, key=_size)
+            record = best.size
+    return Run(best, count, False)
+
+
+def _size(at: Iterate) -> float:
+    """The norm of e, infinite for what is no number."""
+    return at.size if np.isfinite(at.size) else np.inf
+
+
+def _candidate(
+    inequality: Inequality, now: Iterate, extrapolation: Extrapolation, residual: float
+) -> Iterate:
+    """The extrapolation of ``u - Q e``, Q the circulant near ``(I + gamma M)^-1``; its product in
+    single precision where that is enough.
+    """
+    step = -inequality.circulant.inverse(now.error)
+    u = extrapolation.next_point(now.u, step)
+    change = u - now.u
+    largest = float(np.abs(now.projection).max()) + np.finfo(float).tiny
+    noise = now.noise + NOISE_SINGLE * float(np.abs(change).max()) / largest
+    if noise <= NOISE_PART * residual * min(inequality.gamma, 1.0):
+        image = now.image + inequality.product.apply(change.astype(np.float32))
+        return inequality.iterate(u, image, now.multipliers, noise)
+    return inequality.iterate(u, inequality.product.apply(u), now.multipliers)
+
+
+def _contracted(
+    inequality: Inequality, best: Iterate, goal: float, settings: Settings, most: int
+) -> tuple[Iterate, int]:
+    """Contractions from the best point until there is a record, and their number."""
+    now = best
+    for count in range(most):
+        check_time(settings.deadline)
+        is_record = now.size <= RECORD * best.size
+        if inequality.residual(now) <= goal or (is_record and count >= CONTRACTIONS_MIN):
+            return now, count
+        now = contraction(inequality, now)
+    return now, most
+
+
+def contraction(inequality: Inequality, now: Iterate) -> Iterate:
+    """A step that leads nearer to the solution in the norm of H."""
+    if now.noise > 0:
+        now = inequality.in_double_precision(now)
+    q = now.error + inequality.gamma * inequality.product.transposed(now.error)
+    step = inequality.circulant.metric(q)
+    length = CONTRACTION * now.size**2 / float(np.vdot(q, step))
+    image = now.image - length * inequality.product.apply(step)
+    return inequality.iterate(now.u - length * step, image, now.multipliers)

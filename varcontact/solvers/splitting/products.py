@@ -1,0 +1,189 @@
+"""Products with M and its transpose on a box, and the circulant that stands for their inverses.
+
+Fields are (c, ny, nx), in double or in single precision; displacements are in units of the
+influence of an element on itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from varcontact.elasticity.operators import (
+    GridOperator,
+    RestrictedOperator,
+    fields_of,
+    spectrum_of,
+    wrapped,
+)
+from varcontact.solvers.newton.hierarchy import Box
+from varcontact.solvers.newton.kernel import WIDER, Kernel, fast_box, parzen, unit
+from varcontact.system.process import lazy_property
+
+
+class Product(Protocol):
+    """M on a box of elements."""
+
+    def apply(self, field: np.ndarray) -> np.ndarray:
+        """M times a field."""
+
+    def transposed(self, field: np.ndarray) -> np.ndarray:
+        """The transpose of M times a field."""
+
+
+@dataclass(frozen=True, eq=False)
+class Influence:
+    """Influence numbers by offset, (c, c, 2 ny - 1, 2 nx - 1)."""
+
+    table: np.ndarray
+
+    @classmethod
+    def on_box(cls, operator: GridOperator, shape: tuple[int, int]) -> Influence:
+        """The first offsets of an operator's table."""
+        ny, nx = shape
+        rows, columns = operator.shape
+        table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
+        return cls(table / unit(operator))
+
+    @classmethod
+    def of_kernel(cls, kernel: Kernel) -> Influence:
+        """The numbers of a coarse grid."""
+        numbers = kernel.numbers.astype(float)
+        if len(numbers) == 1:
+            return cls(numbers[None])
+        xx, xy, yy = numbers
+        return cls(np.array([[xx, xy], [xy, yy]]))
+
+    @lazy_property
+    def shape(self) -> tuple[int, int]:
+        rows, columns = self.table.shape[2:]
+        return (rows + 1) // 2, (columns + 1) // 2
+
+    @lazy_property
+    def _box(self) -> tuple[int, int]:
+        rows, columns = self.table.shape[2:]
+        return fast_box(rows, columns)
+
+    @lazy_property
+    def _symbol(self) -> np.ndarray:
+        return spectrum_of(wrapped(self.table, self._box), self._box)
+
+    @lazy_property
+    def _single_symbol(self) -> np.ndarray:
+        return self._symbol.astype(np.complex64)
+
+    def apply(self, field: np.ndarray) -> np.ndarray:
+        symbol = self._single_symbol if field.dtype == np.float32 else self._symbol
+        return by_symbol(symbol, field, self._box, self.shape)
+
+    def transposed(self, field: np.ndarray) -> np.ndarray:
+        symbol = self._single_symbol if field.dtype == np.float32 else self._symbol
+        adjoint = np.conj(symbol.swapaxes(0, 1))
+        return by_symbol(adjoint, field, self._box, self.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class Softened:
+    """M with numbers (c, ny, nx) added to its diagonal; tractions are divided by `scale` (ny, nx)
+    and displacements multiplied by it.
+    """
+
+    product: Product
+    scale: np.ndarray
+    diagonal: np.ndarray
+
+    def apply(self, field: np.ndarray) -> np.ndarray:
+        return self._softened(field, self.product.apply(self._scaled(field)))
+
+    def transposed(self, field: np.ndarray) -> np.ndarray:
+        return self._softened(field, self.product.transposed(self._scaled(field)))
+
+    def _scaled(self, field: np.ndarray) -> np.ndarray:
+        return field * self.scale.astype(field.dtype)
+
+    def _softened(self, field: np.ndarray, image: np.ndarray) -> np.ndarray:
+        softened = image * self.scale + self.diagonal * field
+        return softened.astype(field.dtype)
+
+
+@dataclass(frozen=True, eq=False)
+class OfOperator:
+    """M by the operator of a whole grid: of a surface whose curvature varies, or of one half of a
+    symmetric contact.
+    """
+
+    operator: RestrictedOperator
+    box: Box
+    unit: float
+
+    @lazy_property
+    def _transposed(self) -> RestrictedOperator:
+        return replace(self.operator, grid_operator=self.operator.grid_operator.transposed)
+
+    def apply(self, field: np.ndarray) -> np.ndarray:
+        return self._by(self.operator, field)
+
+    def transposed(self, field: np.ndarray) -> np.ndarray:
+        return self._by(self._transposed, field)
+
+    def _by(self, operator: RestrictedOperator, field: np.ndarray) -> np.ndarray:
+        image = operator.apply(self.box.values(field)) / self.unit
+        return self.box.field(image).astype(field.dtype)
+
+
+def by_symbol(
+    symbol: np.ndarray, field: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
+) -> np.ndarray:
+    """The periodic operator of a symbol (c, c, ...) times a field, on the elements."""
+    spectrum = spectrum_of(field, box)
+    image = np.array([sum(map(np.multiply, row, spectrum)) for row in symbol])
+    return fields_of(image, box, shape)
+
+
+class Circulant:
+    """The inverse of ``I + gamma M`` on a periodic box, and times its adjoint the metric, in single
+    precision.
+
+    The windowed kernel repeats itself on a box that is a little wider than the contact. Restricted
+    to the elements, ``C C'`` of an invertible C is positive definite, however far C is from the
+    inverse.
+    """
+
+    def __init__(self, influence: Influence, gamma: float, contact: np.ndarray) -> None:
+        self.contact = contact.astype(np.float32)
+        ny, nx = influence.shape
+        self._box = fast_box(int(np.ceil(WIDER * ny)), int(np.ceil(WIDER * nx)))
+        rows, columns = self._box
+        along_y = parzen(np.arange(1 - ny, ny) / rows)
+        along_x = parzen(np.arange(1 - nx, nx) / columns)
+        windowed = influence.table * (along_y[:, None] * along_x)
+        symbol = spectrum_of(wrapped(windowed, self._box), self._box)
+        matrices = np.moveaxis(symbol, (0, 1), (-2, -1))
+        inverse = np.linalg.inv(np.eye(len(symbol)) + gamma * matrices)
+        metric = inverse @ np.conj(inverse.swapaxes(-1, -2))
+        self._inverse = _single(inverse)
+        self._metric = _single(metric)
+
+    def inverse(self, field: np.ndarray) -> np.ndarray:
+        """Nearly ``(I + gamma M)^-1`` times a field."""
+        return self._by(self._inverse, field)
+
+    def metric(self, field: np.ndarray) -> np.ndarray:
+        """``H^-1`` times a field."""
+        return self._by(self._metric, field)
+
+    def _by(self, symbol: np.ndarray, field: np.ndarray) -> np.ndarray:
+        largest = float(np.abs(field).max())
+        if largest == 0:
+            return np.zeros_like(field)
+        scaled = (field / largest).astype(np.float32) * self.contact
+        image = by_symbol(symbol, scaled, self._box, field.shape[1:])
+        return np.asarray(largest * (image * self.contact).astype(float))
+
+
+def _single(matrices: np.ndarray) -> np.ndarray:
+    """Matrices by wave number (..., c, c) as a symbol (c, c, ...), complex64."""
+    symbol = np.moveaxis(matrices, (-2, -1), (0, 1))
+    return np.ascontiguousarray(symbol).astype(np.complex64)
