@@ -48,7 +48,6 @@ from .scene.units import MM_N, SI, Units
 from .solving.friction_problem import FrictionProblem, friction_problem
 from .solving.plan_report import plan
 from .solving.program import Program, program
-from .solving.selection import Methods
 from .solving.solve import certify, solve
 from .solving.verify import load
 from .study.compare import Comparison, compare
@@ -97,7 +96,6 @@ __all__ = [
     "Layered",
     "LinearFalling",
     "Matrix",
-    "Methods",
     "NoContact",
     "NotConverged",
     "OutputError",

@@ -154,7 +154,7 @@ def second_order(quick: bool) -> Table:
 
 
 def conic(quick: bool) -> Table:
-    """Residuals of Clarabel alone and of `convex`, and processor seconds of `convex` and of
+    """Residuals of Clarabel alone and of `conic`, and processor seconds of `conic` and of
     `active-set`.
     """
     bank, rows = vc.standard_bank(12) | unlike_bank(12), []
@@ -170,11 +170,11 @@ def conic(quick: bool) -> Table:
         except vc.NotConverged as failure:
             raw = failure.solution or exact_one
         seconds = [
-            least(partial(vc.solve, scene, method=each), 2) for each in ("convex", "active-set")
+            least(partial(vc.solve, scene, method=each), 2) for each in ("conic", "active-set")
         ]
-        residuals = raw.certificate.residual, vc.solve(scene, method="convex").certificate.residual
+        residuals = raw.certificate.residual, vc.solve(scene, method="conic").certificate.residual
         rows.append([name, *residuals, seconds])
-    head = ["scene", "Clarabel alone", "`convex`", "seconds: `convex`, `active-set`"]
+    head = ["scene", "Clarabel alone", "`conic`", "seconds: `conic`, `active-set`"]
     return Table(head, ["", ".0e", ".0e", "{:.2g}, {:.2g}"], rows)
 
 

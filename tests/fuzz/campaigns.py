@@ -97,7 +97,7 @@ def options(rng: Random, chosen: vc.Scene) -> dict:
     own = [
         kind for kind in ("normal", "tangential") if states_program(kind, keywords.get(kind, ""))
     ]
-    if own and keywords.get("method") != "convex" and rng.random() < 0.4:
+    if own and keywords.get("method") not in ("convex", "conic") and rng.random() < 0.4:
         keywords |= {"polish": False, "tol": 1e-5}
     if chosen.under_law and not isinstance(chosen.motion, vc.Transient) and rng.random() < 0.5:
         keywords["start"] = str(rng.choice(["stick", "slip"]))
@@ -106,7 +106,7 @@ def options(rng: Random, chosen: vc.Scene) -> dict:
 
 def _methods(rng: Random, chosen: vc.Scene) -> dict:
     if rng.random() < 0.4:
-        return {"method": str(rng.choice(["convex", "active-set", "kalker"]))}
+        return {"method": str(rng.choice(["convex", "conic", "active-set", "kalker"]))}
     drawn = {}
     if chosen.bodies.coupled and rng.random() < 0.5:
         drawn["coupling"] = str(rng.choice(["johnson", "panagiotopoulos", "joint"]))

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.test_every_kind import KINDS
 from varcontact.data.benchmark_scenes import unlike_bank
 from varcontact.solving.options import TOLERANCE
 
-CONIC = {"clarabel", "splitting"}
+SOLVERS = {"convex": {"splitting"}, "conic": {"clarabel", "splitting"}}
 ACTIVE = {"norm", "tang-safeguarded", "tang", "splitting"}
 UNLIKE = unlike_bank(cells=6)
 CELLS = vc.Grid(nx=8, ny=8)
@@ -28,42 +29,58 @@ def friction_force(sol):
     return float(sol.traction_bound.sum() * sol.grid.area)
 
 
-def check_convex(scene):
-    """Converged to its tolerance by conic solvers alone, every pass by the program, and the forces
-    of active sets.
-    """
-    sol, other = vc.solve(scene, method="convex"), vc.solve(scene, method="active-set")
+def check_convex(scene, method):
+    """Converged to its tolerance by the method's solvers alone, with the forces of active sets."""
+    sol, other = vc.solve(scene, method=method), vc.solve(scene, method="active-set")
     assert sol.converged
     assert sol.certificate.residual <= TOLERANCE
-    assert called(sol) - {"hertz"} == CONIC
+    assert called(sol) - {"hertz"} == SOLVERS[method]
     assert called(other) - {"hertz"} <= ACTIVE
     assert np.hypot(*(sol.force - other.force)) < 1e-6 * friction_force(other)
     np.testing.assert_allclose(sol.creepage, other.creepage, rtol=1e-6, atol=1e-9)
-    passes = max(len(sol.passes), 1)
-    assert sol.calls["tangential"]["clarabel"].count >= passes
-    assert sol.plan.fallback == "none"
     return sol
 
 
 @pytest.mark.parametrize("name", UNLIKE)
-def test_convex_on_unlike_bodies(name):
-    sol = check_convex(UNLIKE[name])
+@pytest.mark.parametrize("method", SOLVERS)
+def test_convex_on_unlike_bodies(name, method):
+    """Every pass by the method's own solver."""
+    sol = check_convex(UNLIKE[name], method)
     assert sol.plan.coupling == "panagiotopoulos"
-    assert sol.calls["normal"]["clarabel"].count >= len(sol.passes) > 1
+    for problem in ("normal", "tangential"):
+        solver = getattr(sol.plan, problem)
+        assert sol.calls[problem][solver].count >= len(sol.passes) > 1
 
 
-def test_convex_history(rolling):
+@pytest.mark.parametrize("method", SOLVERS)
+def test_convex_history(rolling, method):
     scene = rolling(motion=vc.Transient(steps=3, vx=0.04, spin=0.05), grid=vc.Grid(nx=6, ny=6))
-    history = vc.solve(scene, method="convex")
+    history = vc.solve(scene, method=method)
     for step, other in zip(history, vc.solve(scene, method="active-set"), strict=True):
-        assert called(step, "tangential") == CONIC
-        assert step.calls["tangential"]["clarabel"].count == 1
+        assert called(step, "tangential") == SOLVERS[method]
+        assert step.calls["tangential"][step.plan.tangential].count == 1
         np.testing.assert_allclose(step.force, other.force, atol=1e-8)
 
 
-def test_convex_march(rolling):
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_by_splitting(kind):
+    """Scenes of every kind have the solution of "auto"; Hertz's pressure may be in closed form."""
+    scene = KINDS[kind]
+    sol, other = vc.solve(scene, method="convex"), vc.solve(scene)
+    if isinstance(sol, vc.History):
+        sol = sol[-1]
+        other = other[-1]
+    assert called(sol) <= {"splitting", "hertz"}
+    largest = np.abs(other.pressure).max()
+    np.testing.assert_allclose(sol.pressure, other.pressure, rtol=0, atol=1e-6 * largest)
+    if other.plan.has_friction:
+        largest = np.abs(other.traction).max()
+        np.testing.assert_allclose(sol.traction, other.traction, rtol=0, atol=2e-6 * largest)
+
+
+def test_conic_march(rolling):
     """Where the gap is not convex, it is refused, with what to ask for instead; and that has the
-    solution.
+    solution, which splitting has, too.
     """
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.03, spin=0.03, dq=0.4 * 2 * a / 6)
@@ -71,12 +88,16 @@ def test_convex_march(rolling):
     with pytest.raises(
         vc.SceneError, match="the gap is not convex for elements so long"
     ) as refusal:
-        vc.solve(scene, method="convex")
+        vc.solve(scene, method="conic")
     assert refusal.value.field == "formulation"
     assert '"marching", or a longer motion.dq' in str(refusal.value)
-    sol = vc.solve(scene, method="convex", formulation="marching")
-    assert called(sol, "tangential") == CONIC
-    np.testing.assert_allclose(sol.force, vc.solve(scene).force, atol=1e-6 * friction_force(sol))
+    exact = vc.solve(scene).force
+    for method in SOLVERS:
+        sol = vc.solve(scene, method=method, formulation="marching")
+        assert called(sol, "tangential") == SOLVERS[method]
+        np.testing.assert_allclose(sol.force, exact, atol=1e-6 * friction_force(sol))
+    sol = vc.solve(scene, method="convex")
+    np.testing.assert_allclose(sol.force, exact, atol=1e-6 * friction_force(sol))
 
 
 def test_kalker_is_as_printed(rolling):
@@ -84,7 +105,7 @@ def test_kalker_is_as_printed(rolling):
     scene = rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3)), grid=CELLS)
     sol = vc.solve(scene, method="kalker")
     assert (called(sol, "normal"), called(sol, "tangential")) == ({"norm"}, {"tang-exact"})
-    assert (sol.plan.tangential, sol.plan.fallback) == ("tang-exact", "none")
+    assert sol.plan.tangential == "tang-exact"
     np.testing.assert_allclose(sol.force, vc.solve(scene).force, atol=1e-8)
 
 
@@ -125,21 +146,20 @@ def test_files_from_before_calls_were_counted_load(rolling, tmp_path):
         (
             {"method": "konvex"},
             "method",
-            "one of auto, convex, active-set, kalker (did you mean convex?)",
+            "one of auto, convex, conic, active-set, kalker (did you mean convex?)",
         ),
-        ({"method": 3}, "method", "one of auto, convex, active-set, kalker"),
+        ({"method": 3}, "method", "one of auto, convex, conic, active-set, kalker"),
         (
-            {"method": "convex", "tangential": "tang"},
+            {"method": "conic", "tangential": "scs"},
             "tangential",
-            'a solver of programs, such as clarabel or scs with method = "convex"; '
-            'with method = "auto" any solver may be named',
+            'clarabel with method = "conic"; with method = "auto" any solver may be named',
         ),
         (
-            {"method": "convex", "normal": "norm"},
+            {"method": "conic", "normal": "norm"},
             "normal",
-            "a solver of programs, such as clarabel or scs",
+            "clarabel or osqp with",
         ),
-        ({"method": "convex", "tangential": "fastsim"}, "tangential", "a solver of programs"),
+        ({"method": "convex", "tangential": "clarabel"}, "tangential", "splitting with"),
         ({"method": "convex", "tangential": "clarable"}, "tangential", "did you mean clarabel?"),
         (
             {"method": "active-set", "tangential": "clarabel"},
@@ -175,15 +195,13 @@ def test_contradictions_are_refused(rolling, arguments, field, words):
 def test_plan_and_scan_take_a_method(rolling):
     scene = rolling(grid=CELLS)
     planned, sol = vc.plan(scene, method="convex"), vc.solve(scene, method="convex")
-    assert (planned.normal, planned.tangential, planned.method) == ("hertz", "clarabel", "convex")
-    assert (
-        planned.reasons["method"]
-        == "requested: QP and SOCP by conic solvers, never polished by active sets"
-    )
+    assert (planned.normal, planned.tangential, planned.method) == ("hertz", "splitting", "convex")
+    why = "requested: the convex problems by splitting, which is proved to converge"
+    assert planned.reasons["method"] == why
     assert f"  method              convex: {planned.reasons['method']}" in str(planned)
     assert f"  method            convex: {planned.reasons['method']}" in sol.report()
     curve = vc.scan(scene, [(0.02, 0.0, 0.0), (0.04, -0.02, 0.05)], method="convex")
-    assert all(each.calls["tangential"]["clarabel"].count == 1 for each in curve)
-    np.testing.assert_allclose(curve[1].traction, sol.traction, atol=1e-9)
+    assert all(each.calls["tangential"]["splitting"].count == 1 for each in curve)
+    np.testing.assert_allclose(curve[1].traction, sol.traction, atol=1e-8)
     with pytest.raises(vc.SceneError, match="polish = True"):
         vc.scan(scene, [(0.02, 0.0, 0.0)], method="convex", polish=True)

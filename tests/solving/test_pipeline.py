@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.solvers.conftest import random_normal
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
+from varcontact.results.plan import Plan
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import SOLVERS
-from varcontact.solving import pipeline
 from varcontact.solving.coupling import Limits, fixed_point
 from varcontact.solving.pipeline import march, solve_problem
 from varcontact.solving.selection import select
@@ -57,7 +58,7 @@ def solved(scene, tol=1e-8, polish=True, **methods):
     """The tangential problem under Hertz's pressure, solved: problem, answer, and (count,
     iterations) of solvers.
     """
-    problem, plan = problem_of(scene), select(scene, vc.Methods(**methods))
+    problem, plan = problem_of(scene), select(scene, **methods)
     settings = Settings(tol, plan.formulation)
     raw = solve_problem(problem, plan, polish, settings, None)
     calls = {name: (each.count, each.iterations) for name, each in settings.stats.calls[""].items()}
@@ -65,64 +66,62 @@ def solved(scene, tol=1e-8, polish=True, **methods):
 
 
 @pytest.mark.parametrize("motion", [vc.Steady(vx=0.05, spin=0.1), vc.Shift(Fx=0.1, rotation=0.1)])
-def test_the_program_where_active_sets_fail(rolling, replaced, motion):
-    """From nothing that active sets brought, the fallback has the answer; all who were asked are
-    counted.
-    """
-    replaced(tang_safeguarded=gives_up)
-    problem, raw, calls = solved(rolling(motion=motion, grid=GRID))
-    assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-12
-    assert raw.solver == "tang-safeguarded"
-    assert raw.reason == "tang-safeguarded missed the tolerance, clarabel was used"
-    assert list(calls) == ["tang-safeguarded", "clarabel"]
-    assert calls["clarabel"] == (1, raw.iterations)
+@pytest.mark.parametrize("name", ["tang-safeguarded", "newton"])
+def test_splitting_where_others_fail(rolling, replaced, motion, name):
+    """From nothing that they brought, it has the answer; all who were asked are counted."""
+    replaced(**{name.replace("-", "_"): gives_up})
+    problem, raw, calls = solved(rolling(motion=motion, grid=GRID), tangential=name)
+    assert tangential_residual(problem, raw.traction, raw.rigid) <= 1e-8
+    assert (raw.solver, raw.solved) == ("splitting", True)
+    assert raw.reason == f"{name} missed the tolerance, splitting was used"
+    assert list(calls) == [name, "splitting"]
+    assert calls["splitting"] == (1, raw.iterations - 7)
 
 
-def test_no_program_where_active_sets_succeed(rolling):
+def test_splitting_where_norm_fails(monkeypatch):
+    """Pressures likewise; by the method "kalker" nothing takes over."""
+
+    def cycles(problem, settings, start):
+        nothing = np.zeros_like(problem.distance)
+        return RawSolution(nothing, np.zeros(1), 7, "Cycled", False, "norm")
+
+    spec = dataclasses.replace(SOLVERS["normal", "norm"], solve=cycles)
+    monkeypatch.setitem(SOLVERS, ("normal", "norm"), spec)
+    problem = random_normal(4)
+    for method, expected in (("auto", "splitting"), ("kalker", "norm")):
+        plan = Plan("norm", "none", "none", method=method)
+        raw = solve_problem(problem, plan, True, Settings(1e-9), None)
+        assert (raw.solver, raw.solved) == (expected, expected == "splitting")
+
+
+def test_no_splitting_where_active_sets_succeed(rolling):
     _, raw, calls = solved(rolling(grid=GRID))
     assert (raw.solver, raw.reason) == ("tang-safeguarded", "")
     assert list(calls) == ["tang-safeguarded"]
 
 
-def test_no_fallback_where_the_gap_is_not_convex(rolling, replaced):
-    """Active sets keep their answer, whatever it is: there is no convex program to ask."""
-    replaced(tang_safeguarded=gives_up)
-    a, b = np.sqrt(5), 1 / np.sqrt(5)
-    motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.4 * 2 * a / 8)
-    _, raw, calls = solved(rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=GRID))
-    assert (raw.solver, raw.status) == ("tang-safeguarded", "MaxIterations")
-    assert calls == {"tang-safeguarded": (1, 7)}
+@pytest.mark.parametrize("methods", [{"tangential": "tang"}, {"method": "kalker"}])
+def test_no_fallback_for_methods_as_printed(rolling, replaced, methods):
+    """They keep their answer, whatever it is."""
+    replaced(tang=gives_up, tang_exact=gives_up)
+    _, raw, calls = solved(rolling(grid=GRID), **methods)
+    assert raw.status == "MaxIterations"
+    assert list(calls.values()) == [(1, 7)]
 
 
-def test_a_better_answer_is_asked_for_where_refinement_does_not_do(rolling, replaced, monkeypatch):
-    """A solver whose first answer is far away, and a refinement that does not help it: asked again,
-    for more.
-    """
-    clarabel, refine, asked = SOLVERS["tangential", "clarabel"], pipeline.refine, []
-
-    def far(problem, settings, start):
-        asked.append(settings.tol)
-        return (
-            clarabel.solve(problem, settings, start)
-            if len(asked) > 1
-            else gives_up(problem, settings, start)
-        )
-
-    def little(problem, settings, start):
-        return start if start.status == "MaxIterations" else refine(problem, settings, start)
-
-    replaced(clarabel=far)
-    monkeypatch.setattr(pipeline, "refine", little)
-    problem, raw, _ = solved(rolling(grid=GRID), tol=1e-7, method="convex")
-    assert asked == [1e-6, 1e-8]
-    assert raw.solver == "splitting"
+def test_conic_answers_are_refined_by_splitting(rolling):
+    """To a hundredth of the tolerance, which passes need; and the answer says so."""
+    problem, raw, calls = solved(rolling(grid=GRID), tol=1e-7, method="conic")
+    assert list(calls) == ["clarabel", "splitting"]
+    assert (raw.solver, raw.reason) == ("splitting", "clarabel, refined by splitting")
     assert tangential_residual(problem, raw.traction, raw.rigid) <= 1e-9
 
 
 def test_refinement_never_spoils_an_answer(rolling, monkeypatch):
-    monkeypatch.setattr(pipeline, "refine", gives_up)
-    problem, raw, _ = solved(rolling(grid=GRID), tol=1e-30, method="convex")
-    assert raw.solver == "clarabel"
+    spec = dataclasses.replace(SOLVERS["tangential", "splitting"], solve=gives_up)
+    monkeypatch.setitem(SOLVERS, ("tangential", "splitting"), spec)
+    problem, raw, _ = solved(rolling(grid=GRID), tol=1e-9, method="conic")
+    assert (raw.solver, raw.reason) == ("clarabel", "")
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-6
 
 

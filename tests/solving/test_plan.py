@@ -244,10 +244,10 @@ def test_costs_of_all_methods_that_lead_there(rolling):
     """Known by their order: products, then active sets, then programs."""
     plan = vc.plan(rolling(grid=vc.Grid(nx=40, ny=40)))
     found = {cost.method: cost for cost in plan.costs}
-    assert list(found) == ["auto", "convex", "active-set"]
+    assert list(found) == ["auto", "convex", "conic", "active-set"]
     assert found["auto"].tangential == "newton"
-    assert 10 * found["auto"].seconds < 10 * found["active-set"].seconds < found["convex"].seconds
-    assert found["auto"].bytes < found["active-set"].bytes < found["convex"].bytes
+    assert 10 * found["auto"].seconds < 10 * found["active-set"].seconds < found["conic"].seconds
+    assert found["auto"].bytes < found["active-set"].bytes < found["conic"].bytes
     assert "auto (hertz, newton): about 0.0" in str(plan)
     names = {"method", "normal", "tangential", "seconds", "bytes"}
-    assert [set(cost) for cost in plan.summary()["costs"]] == 3 * [names]
+    assert [set(cost) for cost in plan.summary()["costs"]] == 4 * [names]

@@ -51,12 +51,12 @@ def test_no_weight_is_two_half_spaces():
     assert found.sum() > 1.1 * pressure(scene()).sum()
 
 
-@pytest.mark.parametrize("few", [patch_interaction.DENSE, 0])
+@pytest.mark.parametrize("few", [patch_interaction.NORM_ELEMENTS_MAX, 0])
 def test_the_weight_multiplies_the_influence_between_the_parts(few, monkeypatch):
     """The conditions of contact with the weighted matrix itself, whichever method the rounds
     take.
     """
-    monkeypatch.setattr(patch_interaction, "DENSE", few)
+    monkeypatch.setattr(patch_interaction, "NORM_ELEMENTS_MAX", few)
     found = solved(0.3).ravel()
     part = np.repeat(GRID.y > 0, GRID.nx)
     felt = np.where(part[:, None] == part, 1.0, 0.3)

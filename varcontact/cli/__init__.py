@@ -30,7 +30,7 @@ COMMANDS: dict[Any, tuple[str, str]] = {
     plan: ("Show what a scene requires, without solving it.", "plan scene.toml --normal clarabel"),
     compare: (
         "Compare methods on the same scenes.",
-        "compare scene.toml --methods convex,kalker,fastsim",
+        "compare scene.toml --methods conic,convex,kalker,fastsim",
     ),
     converge: (
         "Study convergence under grid refinement.",

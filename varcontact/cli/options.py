@@ -57,7 +57,9 @@ SHARED: dict[str, Any] = {
     "vx": Annotated[str | None, option(f"Longitudinal creepage (ux of a shift): {VALUES}.")],
     "vy": Annotated[str | None, option("Lateral creepage (uy of a shift).")],
     "spin": Annotated[str | None, option("Spin (rotation of a shift).")],
-    "method": Annotated[str | None, option("auto, convex, active-set or kalker.", default="auto")],
+    "method": Annotated[
+        str | None, option("auto, convex, conic, active-set or kalker.", default="auto")
+    ],
     "normal": Annotated[str | None, option("Normal problem.", default="auto")],
     "tangential": Annotated[str | None, option("Tangential problem, or a theory.", default="auto")],
     "coupling": Annotated[str | None, option("Coupling, for unlike bodies.", default="auto")],

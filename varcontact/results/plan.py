@@ -89,7 +89,7 @@ class Sizes:
 class Cost:
     """Estimated cost of a method."""
 
-    method: str  # "auto", "convex", "active-set" or "kalker"
+    method: str  # "auto", "convex", "conic", "active-set" or "kalker"
     normal: str  # its solvers
     tangential: str  # its solvers
     seconds: float | None  # on one core; None where it is not known
@@ -136,11 +136,8 @@ class Plan(Reported):
         grid" where one is chosen by `solve`.
     sizes : Sizes, optional
         Grid, elements, matrices and memory; of `varcontact.plan` only.
-    fallback : str
-        The solver of programs that takes over where active sets, chosen by
-        "auto", miss the tolerance; else "none".
     method : str
-        "auto", "convex", "active-set" or "kalker".
+        "auto", "convex", "conic", "active-set" or "kalker".
     costs : tuple of Cost
         Seconds and memory of this plan, then those of other methods; of
         `varcontact.plan` only.
@@ -161,7 +158,6 @@ class Plan(Reported):
     friction: str = ""
     special: tuple[str, ...] = ()
     sizes: Sizes | None = None
-    fallback: str = "none"
     method: str = "auto"
     costs: tuple[Cost, ...] = field(default=(), compare=False)
     doubts: tuple[str, ...] = field(default=(), compare=False)
@@ -252,8 +248,8 @@ class Plan(Reported):
             raise ValueError("a plan without methods and reasons")
         not_stored = {"sizes": None, "costs": (), "doubts": ()}
         special = {"special": tuple(record.get("special", ()))}
-        # of old files
-        entries = {name: value for name, value in record.items() if name != "left_out"}
+        old = ("left_out", "fallback")
+        entries = {name: value for name, value in record.items() if name not in old}
         return cls(**(entries | not_stored | special))
 
     def __repr__(self) -> str:

@@ -287,7 +287,7 @@ def _coarse_search(
     across all samples, then closer and closer around it.
     """
     plan = solver.plan
-    if plan.method != "convex":
+    if plan.method not in ("convex", "conic"):
         plan = replace(plan, normal="norm")
     coarse = ContactSolver(plan, SEARCH_TOL, True, solver.stats, deadline=solver.deadline)
     frictionless = without_friction(scene)

@@ -25,15 +25,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.selection import (
-    AUTO,
-    FormulationName,
-    MethodName,
-    Methods,
-    check_fits,
-    select,
-    taken_apart,
-)
+from varcontact.solving.selection import check_fits, select
 
 TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
@@ -45,6 +37,12 @@ million at most."""
 BY_DEFAULT = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
 
+CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton"]
+"""Loops around both problems."""
+FormulationName = Literal["auto", "complementary", "potential", "gap", "marching"]
+"""Formulations of the programs."""
+MethodName = Literal["auto", "convex", "conic", "active-set", "kalker"]
+"""Overall methods."""
 CertifyName = Literal["auto", "full", "gap", "none"]
 """Levels of the certificate."""
 
@@ -54,7 +52,6 @@ class Options(TypedDict, total=False):
 
     formulation: FormulationName
     method: MethodName
-    methods: Methods | None
     tol: float
     polish: bool | None
     start: Literal["stick", "slip"] | Solution | None
@@ -69,7 +66,11 @@ class Options(TypedDict, total=False):
 class Arguments:
     """Arguments of `solve`, as they are given."""
 
-    methods: Methods = AUTO
+    normal: str = "auto"
+    tangential: str = "auto"
+    coupling: str = "auto"
+    formulation: str = "auto"
+    method: str = "auto"
     tol: float = TOLERANCE
     polish: bool | None = None
     start: Any = None
@@ -79,6 +80,11 @@ class Arguments:
     accuracy: float | None = None
     time_budget: float | None = None
     progress: Callable[[str], None] | None = None
+
+    @property
+    def choices(self) -> tuple[str, str, str, str, str]:
+        """Names of the methods, as `select` takes them."""
+        return self.normal, self.tangential, self.coupling, self.formulation, self.method
 
 
 @dataclass(frozen=True)
@@ -104,13 +110,13 @@ class Target:
 class SolveOptions:
     """Arguments of `solve`, checked once, with the scene's plan.
 
-    `methods`: their names, as they are given. `target`: None where the scene has its
+    `choices`: names of the methods, as `select` takes them. `target`: None where the scene has its
     own grid. `final`: false on coarser grids of an accuracy. `deadline`: when solvers raise
     `OutOfTime`, by `time.perf_counter` [s].
     """
 
     scene: Scene
-    methods: Methods
+    choices: tuple[str, str, str, str, str]
     plan: Plan
     tol: float
     polish: bool
@@ -127,9 +133,8 @@ class SolveOptions:
         """The arguments of `solve`, refused as there, before any work, where they do not suit the
         scene.
         """
-        methods, others = taken_apart(given)
-        arguments = Arguments(methods=methods, **others)
-        plan = select(scene, methods)
+        arguments = Arguments(**given)
+        plan = select(scene, *arguments.choices)
         tol = checks.positive("tol", arguments.tol)
         polish = polished_by(plan, arguments.polish)
         certify = "none" if arguments.certify is None else arguments.certify
@@ -143,7 +148,7 @@ class SolveOptions:
             _check_store(scene, arguments.store)
         return cls(
             scene,
-            methods,
+            arguments.choices,
             plan,
             tol,
             polish,
@@ -177,7 +182,7 @@ class SolveOptions:
         """The plan of the `scene`, as on another grid."""
         if scene is self.scene:
             return self.plan
-        return select(scene, self.methods)
+        return select(scene, *self.choices)
 
 
 def _check_start(scene: Scene, plan: Plan, start: Any) -> None:
@@ -243,13 +248,15 @@ def _check_saturation_of_steps(scene: Scene, motion: Transient) -> None:
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
     """True if active sets polish the answers of programs: unless `polish` is False or the method
-    "convex".
+    "convex" or "conic".
     """
+    without = plan.method in ("convex", "conic")
     if polish is None:
-        return plan.method != "convex"
+        return not without
     polish = checks.flag("polish", polish)
-    if polish and plan.method == "convex":
-        raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
+    if polish and without:
+        allowed = f'left out: method = "{plan.method}" calls no active sets'
+        raise SceneError("polish", True, allowed)
     return polish
 
 

@@ -1,22 +1,21 @@
 """The attempts at a problem, in their order: the plan's solver, what refines
 its answer, and what takes over.
 
-Each kind of problem has one list of attempts. The next is made where the best
-answer so far misses the tolerance, a natural-map residual. Each call of a
-solver is counted under its own name.
+The next attempt is made where the best answer so far misses the tolerance, a
+natural-map residual. Each call of a solver is counted under its own name.
 
-- Normal problem by active sets or Newton's method: the solver. By a program: NORM from a start, the
-  program polished by NORM; or, unpolished, the program asked for a hundredth of the tolerance; by
-  the method "convex" refined by splitting.
-- Tangential problem by active sets or Newton's method: the solver, then the polished program (the
-  plan's fallback). By a program: tractions that stick all over, TANG from a start, the program
-  polished by TANG; or unpolished as above. Where the gap is not convex TANG takes the program's
-  place, or the formulation is refused.
+- By active sets, Newton's method or splitting: the solver. From the best answer of NORM, of the
+  safeguarded TANG and of Newton's method splitting takes over, but for the method "kalker".
+- By a program: tractions that stick all over or NORM and TANG from a start, the program polished by
+  these; or, unpolished, the program asked for a hundredth of the tolerance; by the method "conic"
+  the program refined by splitting. Where the gap is not convex TANG takes the program's place, or
+  the formulation is refused.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -32,22 +31,20 @@ from varcontact.solvers.interface import (
     counted,
     natural_residual,
 )
-from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
 from varcontact.solvers.registry import (
+    Kind,
     SolverSpec,
     solver,
-    solver_spec,
 )
-from varcontact.solvers.splitting import refine
-from varcontact.system.process import SMALLER, fits, need
+from varcontact.system.process import SMALLER, need
 
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer no active set improves."""
 POLISH_TOLS = (1e-2, 1e-4, 1e-6)
 """Accuracies asked of a solver of programs, each where the one before is not enough for active
 sets."""
-REFINE_TOLS = (1e-6, 1e-8)
-"""The same for splitting."""
+CONIC_TOL = 1e-6
+"""Accuracy asked of a solver of programs whose answer is refined by splitting."""
 POLISHED_TOL = 1e-9
 """Residual at which a polished answer is not improved any more."""
 MARCH_STEPS_MAX = 2000
@@ -88,20 +85,10 @@ class Task:
         settings = replace(self.settings, tol=tol)
         if isinstance(self.problem, NormalProblem):
             return solver("normal", self.plan.normal)(self.problem, settings, self.start)
-        if self.plan.formulation != "marching":
-            named = solver("tangential", self.plan.tangential)
-            return named(self.problem, settings, self.start)
-        plan = replace(self.plan, formulation="auto")
-
-        def step(
-            problem: TangentialProblem, settings: Settings, start: RawSolution | None
-        ) -> RawSolution:
-            of_step = Task(problem, plan, False, settings, start)
-            if plan.method == "convex":
-                return _refined(of_step)
-            return of_step.solved(settings.tol)
-
-        return march(step, self.problem, settings, self.start)
+        named: TangentialSolver = solver("tangential", self.plan.tangential)
+        if self.plan.formulation == "marching":
+            named = partial(march, named)
+        return named(self.problem, settings, self.start)
 
 
 def solve_problem(
@@ -116,54 +103,53 @@ def solve_problem(
     if isinstance(problem, NormalProblem):
         if plan.states_program("normal"):
             return _by_program(task)
-        return task.solved(settings.tol)
-    # active sets and Newton's method
+        return _with_fallback(task, "normal", settings.tol)
+    # active sets, Newton's method and splitting
     if problem.no_slip and not plan.matrix_free("tangential"):
         return NO_SLIP(problem, settings, None)
     if not plan.states_program("tangential"):
         tol = settings.tol
         if not plan.matrix_free("tangential"):
             tol = UNPOLISHED * tol
-        raw = task.solved(tol)
-        if task.residual(raw) <= settings.tol:
-            return raw
-        return _fallback(task, raw)
+        return _with_fallback(task, "tangential", tol)
     # programs
     if settings.formulation != "gap" or problem.symmetric_part is not None:
         return _by_program(task)
-    if plan.method == "convex" or not polish:
+    if plan.method == "conic" or not polish:
         why = "the gap is not convex for elements so long and steps so short"
         raise SceneError("formulation", "gap", f'"marching", or a longer motion.dq: {why}')
     raw = _active_sets(task, None)  # the certificate judges them
     return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
 
 
-def _fallback(task: Task, best: RawSolution) -> RawSolution:
-    """The polished program of the plan's fallback; none without a convex one, or with too many
-    elements for it.
-    """
+def _with_fallback(task: Task, kind: Kind, tol: float) -> RawSolution:
+    """The answer of the plan's solver; where it misses the tolerance, splitting from there."""
+    raw = task.solved(tol)
+    spec = task.plan.solver_of(kind)
+    if spec is None or not spec.falls_back or task.plan.method == "kalker":
+        return raw
+    if task.residual(raw) <= task.settings.tol:
+        return raw
     problem = task.problem
-    program = task.plan.fallback
-    assert isinstance(problem, TangentialProblem)
-    formulation = "complementary" if problem.symmetric else "gap"
-    if program == "none" or task.plan.formulation == "marching" or problem.potential.implicit:
-        return best
-    # the size first: the search for a symmetric part takes long
-    if problem.size > MOST_OF_A_PROGRAM or not (
-        problem.symmetric or problem.symmetric_part is not None
-    ):
-        return best
-    needed = peak(solver_spec("tangential", program), formulation, problem.rigid_shift.size)
-    if not fits(needed):
-        return best
-    settings = replace(task.settings, formulation=formulation)
-    by_program = replace(
-        task, plan=replace(task.plan, tangential=program), settings=settings, start=None
-    )
-    polished = _polished(by_program, best)
-    if polished is best:
-        return best
-    return replace(polished, reason=f"{best.solver} missed the tolerance, {program} was used")
+    if isinstance(problem, TangentialProblem):
+        implicit = problem.potential.implicit
+        if implicit or task.plan.formulation == "marching":
+            return raw
+    best = _split(task, raw, tol)
+    if best is raw:
+        return raw
+    return replace(best, reason=f"{raw.solver} missed the tolerance, splitting was used")
+
+
+def _split(task: Task, start: RawSolution, tol: float) -> RawSolution:
+    """The answer of splitting from a start, or the start where that is better."""
+    settings = replace(task.settings, tol=tol)
+    kind: Kind = "normal" if isinstance(task.problem, NormalProblem) else "tangential"
+    raw = solver(kind, "splitting")(task.problem, settings, start)
+    best = better(task.problem, start, raw)
+    if best is start:
+        return start
+    return replace(best, iterations=start.iterations + raw.iterations)
 
 
 def march(
@@ -222,21 +208,18 @@ def march(
 
 
 def _by_program(task: Task) -> RawSolution:
-    """The plan's program, refined, polished by active sets, or as it is; active sets from a start
-    may do without.
+    """The plan's program, refined by splitting, polished by active sets, or as it is; active sets
+    from a start may do without.
     """
     problem = task.problem
     start = task.start
-    if task.plan.method != "convex" and task.polish:
+    if task.plan.method == "conic":
+        return _refined(task)
+    if task.polish:
         if start is None:
             return _polished(task, None)
         return _polished(task, replace(_active_sets(task, start), iterations=0))
-    closer = replace(task, settings=replace(task.settings, tol=UNPOLISHED * task.settings.tol))
-    if task.plan.method == "convex" and (
-        isinstance(problem, NormalProblem) or task.plan.formulation != "marching"
-    ):
-        return _refined(closer)
-    raw = closer.solved(closer.settings.tol)
+    raw = task.solved(UNPOLISHED * task.settings.tol)
     if isinstance(problem, TangentialProblem):
         return raw
     # without the small pressures that it leaves where the bodies are apart, by the natural map ``p
@@ -248,21 +231,17 @@ def _by_program(task: Task) -> RawSolution:
 
 
 def _refined(task: Task) -> RawSolution:
-    """The answer of a program refined by splitting; a nearer one is asked for where that did not
-    do.
-    """
-    tol = task.settings.tol
-    best = None
-    for accuracy in REFINE_TOLS:
-        answer = task.solved(max(accuracy, tol))
-        best = better(task.problem, best, answer)
-        if answer.finite and task.residual(best) > tol:
-            near = counted("splitting", refine)(task.problem, task.settings, answer)
-            best = better(task.problem, best, replace(near, iterations=answer.iterations))
-        if task.residual(best) <= tol:
-            break
-    assert best is not None
-    return best
+    """The answer of a program, refined by splitting where it misses the tolerance."""
+    tol = UNPOLISHED * task.settings.tol
+    answer = task.solved(max(CONIC_TOL, task.settings.tol))
+    if not answer.finite or task.residual(answer) <= tol:
+        return answer
+    refined = _split(task, answer, tol)
+    if refined is answer:
+        return answer
+    return replace(
+        refined, iterations=answer.iterations, reason=f"{answer.solver}, refined by splitting"
+    )
 
 
 def _polished(task: Task, best: RawSolution | None) -> RawSolution:

@@ -24,8 +24,8 @@ from varcontact.solving import adaptive
 from varcontact.solving.given_pressure import check_placed, contact_under, field_of
 from varcontact.solving.history import solve_transient
 from varcontact.solving.on_grid import solve_on_grid
-from varcontact.solving.options import TOLERANCE, Options, SolveOptions
-from varcontact.solving.selection import CouplingName, Methods, select
+from varcontact.solving.options import TOLERANCE, CouplingName, Options, SolveOptions
+from varcontact.solving.selection import select
 from varcontact.system.process import one_blas_thread
 
 
@@ -69,7 +69,6 @@ def solve(
     *,
     formulation: str = "auto",
     method: str = "auto",
-    methods: Methods | None = None,
     tol: float = TOLERANCE,
     polish: bool | None = None,
     start: str | Solution | None = None,
@@ -88,15 +87,15 @@ def solve(
     normal : str
         Method of the normal problem: "auto"; "hertz", closed form; "clarabel",
         "osqp", "scs", "qpsolvers:<name>" or "cvxpy:<NAME>", a QP; "norm" or
-        "norm-single", active sets; "newton", without a matrix. Hertz's pressure
-        is sampled at the element centres and scaled (by one within the grid's
+        "norm-single", active sets; "newton" or "splitting", without a matrix.
+        Hertz's pressure is sampled at the element centres and scaled (by one within the grid's
         error) so that the elements carry exactly the normal force; or averaged
         over them, see `Grid`.
     tangential : str
         Method of the tangential problem: "auto"; "clarabel", "scs" or
         "cvxpy:<NAME>", a second-order-cone program; "tang" (rough Newton steps
         between exchanges), "tang-exact" (as printed) or "tang-safeguarded",
-        active sets; "newton", without a matrix, for many elements; or an
+        active sets; "newton" or "splitting", without a matrix; or an
         approximate theory: "fastsim", "fastsim-elliptic", "linear",
         "vermeulen-johnson"; or "table", exact forces interpolated.
     coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
@@ -109,25 +108,24 @@ def solve(
         by the duality gap; or, in steady rolling, transient steps until nothing
         changes. Steady rolling has "gap" and "marching", the shift all but
         "marching".
-    method : {"auto", "convex", "active-set", "kalker"}
-        The road as one choice; `normal` and `tangential` refine it. "convex":
-        the QP of pressures and the SOCP of tractions, for unlike bodies in
-        Panagiotopoulos's loop, each by a conic solver (Clarabel, if none is
-        named), its answers refined by splitting, without any active set.
-        "active-set": NORM and the safeguarded TANG, and no program. "kalker":
-        NORM and TANG as printed. "auto": the same as "active-set", as the
-        fastest by measurement, but solvers of programs and theories may be
-        named, and a program is asked where active sets fail. Hertz's pressure
-        in closed form is part of all of them, unless another `normal` is named.
-    methods : Methods, optional
-        The five names above as one object, in their place.
+    method : {"auto", "convex", "conic", "active-set", "kalker"}
+        The overall method; `normal` and `tangential` refine it. "convex": the
+        convex problems by splitting, without a matrix and at any size, which is
+        proved to converge (docs/proofs.md). "conic": the QP of pressures by
+        Clarabel or OSQP and the second-order-cone program of tractions by
+        Clarabel, for unlike bodies in Panagiotopoulos's loop, each answer
+        refined by splitting. "active-set": NORM and the safeguarded TANG, and
+        no program. "kalker": NORM and TANG as printed. "auto": the fastest by
+        measurement, but any solver or theory may be named; where it misses the
+        tolerance, splitting goes on from its best point. Hertz's pressure in
+        closed form is part of all of them, unless another `normal` is named.
     tol : float
         Natural-map residual to reach, relative to the largest traction. Every
         method reaches the default.
     polish : bool, optional
         Take the answer of a solver of programs to rounding by NORM and the
         safeguarded TANG, started from it: done unless it is said to be False,
-        but never by the method "convex". Without polish and refinement an
+        but never by the method "convex" or "conic". Without polish and refinement an
         interior-point answer is good to between 1e-6 and 1e-9 in the tractions,
         and a smaller `tol` is not reached. Active-set methods and theories are
         never polished.
@@ -231,7 +229,6 @@ def solve(
         coupling=coupling,
         formulation=formulation,
         method=method,
-        methods=methods,
         tol=tol,
         polish=polish,
         start=start,
@@ -298,7 +295,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     """
     checks.kind("scene", scene, Scene)
     _check_certifiable(scene)
-    plan = select(scene, Methods(normal="hertz" if pressure is None else "clarabel"))
+    plan = select(scene, "hertz" if pressure is None else "clarabel")
     disc, state = contact_under(scene, pressure)
     scale = disc.scales.pressure
     shape = (2, *disc.grid.shape)

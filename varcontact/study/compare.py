@@ -72,8 +72,8 @@ def compare(
         One scene, or several by name (as `standard_bank()`); those of a list
         are named "0", "1", ...
     methods : iterable of str
-        Each a `method` of `solve` ("convex", "active-set", "kalker", also with
-        a formulation, as "convex/marching") or
+        Each a `method` of `solve` ("conic", "convex", "active-set", "kalker",
+        also with a formulation, as "conic/marching") or
         ``[normal|]tangential[/formulation][+polish]``: "tang", "clarabel/gap",
         "clarabel+polish", "osqp|scs". A single name stands for both problems
         where a normal problem has to be solved (with "norm" for "tang"); where

@@ -14,9 +14,12 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
+from varcontact.solvers.splitting.method import splitting_normal
 from varcontact.wheel_rail.patches import Seams
+
+NORM_ELEMENTS_MAX = 2000
+"""Elements that overlap, up to which NORM is asked first."""
 
 SEAM_ROUNDS = 40
 """Largest number of iterations for the pressures of parts."""
@@ -93,10 +96,14 @@ def _unfelt(weights: np.ndarray) -> np.ndarray:
 
 def _pressures(problem: NormalProblem, start: RawSolution | None) -> RawSolution:
     """NORM, the fastest where the contact hardly changes from round to round, or Newton's method
-    where elements are many.
+    where elements are many; splitting, where these fail.
     """
-    if np.count_nonzero(problem.distance < problem.approach) <= DENSE:
+    if np.count_nonzero(problem.distance < problem.approach) <= NORM_ELEMENTS_MAX:
         raw = norm(problem, start)
         if raw.solved:
             return raw
-    return newton_normal(problem, Settings(loose_tolerance=True), start)
+    settings = Settings(loose_tolerance=True)
+    raw = newton_normal(problem, settings, start)
+    if raw.solved:
+        return raw
+    return splitting_normal(problem, settings, raw)
