@@ -32,7 +32,7 @@ import varcontact as vc
 from tests import random_scenes
 from tests.fuzz import scenes as fuzz_scenes
 from varcontact.solvers.registry import normal_methods, tangential_methods
-from varcontact.solving import options
+from varcontact.solving import options, selection
 from varcontact.theories.on_grid import THEORIES
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -64,7 +64,11 @@ PLAN = (
     "motion",
 )
 TIMES = ("second", "timing", "calls", "cost", "time", "memory", "record")
-OPTIONS = [*options.Options.__annotations__, "store", "progress"]
+OPTIONS = [
+    *(name for name in options.Options.__annotations__ if name != "methods"),
+    "store",
+    "progress",
+]
 CERTIFICATE = ("residual", "gap", "relative_gap", "force_bounds", "max_penetration")
 
 
@@ -108,9 +112,9 @@ def variants() -> Cases:
         for name, choices in {
             "normal": ("auto", *normal_methods()),
             "tangential": ("auto", *tangential_methods(), *THEORIES),
-            "coupling": typing.get_args(options.CouplingName),
-            "formulation": typing.get_args(options.FormulationName),
-            "method": typing.get_args(options.MethodName),
+            "coupling": typing.get_args(selection.CouplingName),
+            "formulation": typing.get_args(selection.FormulationName),
+            "method": typing.get_args(selection.MethodName),
             "certify": typing.get_args(options.CertifyName),
         }.items():
             for choice in choices:

@@ -599,3 +599,29 @@ def test_temperature(ran, pictures):
     slips = hot.state == 2
     expected = 0.4 - 0.25 * np.clip((hot.temperature[0] - 20) / 500, 0, 1)
     np.testing.assert_allclose(sizes[slips], (expected * hot.pressure)[slips], rtol=1e-6)
+
+
+def test_asperity_field(ran, pictures):
+    """Twenty ridges touch side by side, each with edges of its own; in time pressures move with the
+    asperities and repeat with them, and the forces stay.
+    """
+    example = script("asperity_field")
+    sol, history = ran("asperity_field", "ridges: 20 contacts", cells=5)
+    assert shows(pictures[0].axes[2], history.rolled[1:])
+    np.testing.assert_allclose(sol.pressure, sol.pressure[::-1], atol=1e-6 * sol.max_pressure)
+    edges = sol.edges
+    assert example.contacts(edges["leading"].any(axis=1) & (sol.pressure > 0).any(axis=1)) == 20
+    assert edges["leading"].sum() == edges["trailing"].sum()
+    assert 0.5 < -sol.Fx / (example.FRICTION * sol.normal_force) < 0.9
+    period, steps = example.ASPERITIES * 5, len(history)
+    pressures = np.array([step.pressure[0] for step in history])
+    np.testing.assert_allclose(
+        pressures[period:], pressures[: steps - period], atol=1e-6 * pressures.max()
+    )
+    touches = pressures > 0
+    stays = touches[:-1, 1:] & touches[1:, :-1]
+    assert stays.sum() > 0.9 * touches[1:].sum()
+    assert min(map(example.contacts, touches)) > 10
+    np.testing.assert_allclose(history.force[:, 0], example.CARTER.force, rtol=1e-6)
+    later = history.creepage[steps // 2 :, 0] / example.CARTER.creepage
+    assert 0.8 < later.mean() < 1.2

@@ -11,7 +11,8 @@ import varcontact as vc
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "paper.md").read_text()
-NAMES = sorted(set(re.findall(r"`((?:vc|varcontact)\.[\w.]+)`", PAGE)))
+THEORY = (ROOT / "docs" / "theory.md").read_text()
+NAMES = sorted(set(re.findall(r"`((?:vc|varcontact)\.[\w.]+)`", PAGE + THEORY)))
 TESTS = sorted(set(re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", PAGE)))
 EXAMPLES = sorted(set(re.findall(r"\[`(\w+)`\]\(gallery/(\w+)\.md\)", PAGE)))
 ROWS = [line for line in PAGE.splitlines() if line.startswith("| ")]
@@ -59,7 +60,7 @@ def test_every_example_on_the_page_is_run():
 
 
 def test_every_figure_and_table_has_a_row():
-    figures = PAGE.split("## Figures")[1]
+    figures = PAGE.split("## Figures")[1].split("\n## ")[0]
     cells = re.findall(r"^\| (\d[\d, to]*) \|", figures, re.MULTILINE)
     assert sorted(number for cell in cells for number in numbers(cell)) == list(range(1, 38))
     for table in range(1, 5):

@@ -1,15 +1,13 @@
 """Types of results, names of methods, names of arguments."""
 
 import importlib
-from typing import get_args
 
 import pytest
 
 import varcontact as vc
 from tests import typed
 from tests.scenes import make_scene, refused
-from varcontact.solving import options
-from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
+from varcontact.solving.selection import METHODS, PRESETS
 
 
 def test_results_are_of_the_types_that_are_promised():
@@ -17,16 +15,8 @@ def test_results_are_of_the_types_that_are_promised():
     assert isinstance(typed.history(), vc.History)
 
 
-@pytest.mark.parametrize(
-    ("kind", "names"),
-    [
-        (options.CouplingName, COUPLING_METHODS),
-        (options.FormulationName, FORMULATIONS),
-        (options.MethodName, [name for name in PRESETS if name != "auto"]),
-    ],
-)
-def test_names_for_type_checkers_are_those_of_the_methods(kind, names):
-    assert set(get_args(kind)) == {"auto", *names}
+def test_names_for_type_checkers_are_those_of_the_methods():
+    assert METHODS == tuple(PRESETS)
 
 
 def test_only_public_names_are_listed():

@@ -48,6 +48,7 @@ from .scene.units import MM_N, SI, Units
 from .solving.friction_problem import FrictionProblem, friction_problem
 from .solving.plan_report import plan
 from .solving.program import Program, program
+from .solving.selection import Methods
 from .solving.solve import certify, solve
 from .solving.verify import load
 from .study.compare import Comparison, compare
@@ -96,6 +97,7 @@ __all__ = [
     "Layered",
     "LinearFalling",
     "Matrix",
+    "Methods",
     "NoContact",
     "NotConverged",
     "OutputError",

@@ -1,6 +1,6 @@
 """Benchmarks, and the tables that the pages make of them.
 
-    python -m tests.benchmarks accuracy|bars|speed|front|fit|interop|balance [TABLE ...] [--quick]
+    python -m tests.benchmarks GROUP [TABLE ...] [--quick]
     python -m tests.benchmarks --list
     python -m tests.benchmarks tables
 
@@ -16,7 +16,7 @@ import warnings
 
 from tests.benchmarks.table import filled, keep, pages
 
-GROUPS = ("accuracy", "bars", "speed", "front", "fit", "interop", "balance")
+GROUPS = ("accuracy", "bars", "speed", "front", "fit", "interop", "balance", "claims")
 
 
 def main() -> None:

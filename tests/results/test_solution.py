@@ -28,6 +28,47 @@ def test_forces_are_sums_of_tractions(sol):
     assert sol.areas["contact"] == pytest.approx(np.pi * 1.2 * 0.9, rel=0.05)
 
 
+def test_edges_of_the_contact(sol, rolling):
+    """The leading one is the mirror image of the trailing one, and changes its place where rolling
+    turns round; in a shift all of the edge is neutral.
+    """
+    leading, trailing, neutral = sol.edges.values()
+    contact = sol.state > 0
+    rows = contact.any(axis=1)
+    assert leading.sum() == trailing.sum() == rows.sum()
+    assert np.all(sol.grid.x[leading.argmax(axis=1)[rows]] > 0)
+    np.testing.assert_array_equal(leading, trailing[:, ::-1])
+    assert not np.any(neutral & (leading | trailing))
+    assert neutral.any()
+    surrounded = contact[1:-1, :-2] & contact[1:-1, 2:] & contact[:-2, 1:-1] & contact[2:, 1:-1]
+    inside = contact.copy()
+    inside[1:-1, 1:-1] &= surrounded
+    inside[[0, -1]] = inside[:, [0, -1]] = False
+    np.testing.assert_array_equal(contact & ~inside, leading | trailing | neutral)
+    back = vc.solve(rolling(motion=vc.Transient(steps=1, dq=0.2, direction=-1, vx=0.04)))[0]
+    np.testing.assert_array_equal(back.edges["leading"], back.edges["trailing"][:, ::-1])
+    assert np.all(back.grid.x[back.edges["leading"].argmax(axis=1)[rows]] < 0)
+    shifted = vc.solve(rolling(motion=vc.Shift(ux=0.1)))
+    assert not shifted.edges["leading"].any() and not shifted.edges["trailing"].any()
+    np.testing.assert_array_equal(shifted.edges["neutral"], leading | trailing | neutral)
+
+
+def test_edges_of_a_line_contact():
+    scene = vc.Scene(
+        bodies=vc.Bodies(1.0, 0.3),
+        surface=vc.Cylinders(R=1.0),
+        normal_force=0.01,
+        friction=0.3,
+        motion=vc.Steady(vx=0.001),
+        grid=vc.Grid(nx=12),
+    )
+    found = vc.solve(scene)
+    contact = np.flatnonzero(found.state[0])
+    assert np.flatnonzero(found.edges["leading"][0]) == [contact[-1]]
+    assert np.flatnonzero(found.edges["trailing"][0]) == [contact[0]]
+    assert not found.edges["neutral"].any()
+
+
 def test_dataset(sol):
     data = sol.to_xarray()
     assert data["pressure"].dims == ("y", "x")

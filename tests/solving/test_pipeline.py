@@ -58,7 +58,7 @@ def solved(scene, tol=1e-8, polish=True, **methods):
     """The tangential problem under Hertz's pressure, solved: problem, answer, and (count,
     iterations) of solvers.
     """
-    problem, plan = problem_of(scene), select(scene, **methods)
+    problem, plan = problem_of(scene), select(scene, vc.Methods(**methods))
     settings = Settings(tol, plan.formulation)
     raw = solve_problem(problem, plan, polish, settings, None)
     calls = {name: (each.count, each.iterations) for name, each in settings.stats.calls[""].items()}

@@ -134,8 +134,8 @@ def plan(
 
     described, over, settings = read_sweep_scene(scene, varies=False)
     scenes = scenes_over(described, over)[1] if over else [described]
-    methods = {name: value for name, value in settings.items() if name in opt.METHOD}
-    planned = vc.plan(scenes[0], **methods | given(**options))
+    named = {name: value for name, value in settings.items() if name in opt.METHOD}
+    planned = vc.plan(scenes[0], methods=vc.Methods(**named | given(**options)))
     if as_json:
         many = {"scenes": len(scenes)} if over else {}
         show(json.dumps({**many, **planned.summary()}, indent=2, allow_nan=False))

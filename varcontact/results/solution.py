@@ -309,6 +309,31 @@ class Solution(Reported):
         return {name: count * self.grid.area for name, count in self.elements.items()}
 
     @property
+    def edges(self) -> dict[str, np.ndarray]:
+        """Elements at the edge of the contact (1.4), bool (ny, nx) each: "leading" where particles
+        enter, "trailing" where they leave, "neutral" beside; without rolling all are neutral.
+
+        An element that is as short as the contact there is leading and trailing.
+        """
+        contact = np.pad(self.state != EXTERIOR, 1)
+        inside = contact[1:-1, 1:-1]
+        right = inside & ~contact[1:-1, 2:]
+        left = inside & ~contact[1:-1, :-2]
+        beside = np.zeros_like(inside)
+        if not self.grid.line:
+            beside = inside & ~(contact[:-2, 1:-1] & contact[2:, 1:-1])
+        rolls = 0
+        if self.motion is not None:
+            rolls = self.motion.rolls
+        if rolls == 0:
+            nowhere = np.zeros_like(inside)
+            return {"leading": nowhere, "trailing": nowhere, "neutral": right | left | beside}
+        neutral = beside & ~(right | left)
+        if rolls < 0:
+            return {"leading": left, "trailing": right, "neutral": neutral}
+        return {"leading": right, "trailing": left, "neutral": neutral}
+
+    @property
     def contact(self) -> tuple[Grid, np.ndarray]:
         """Elements in contact: a grid, that of the elements or of their parts if pressures are, and
         bool on it.

@@ -25,7 +25,15 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.selection import check_fits, select
+from varcontact.solving.selection import (
+    AUTO,
+    FormulationName,
+    MethodName,
+    Methods,
+    check_fits,
+    select,
+    taken_apart,
+)
 
 TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
@@ -37,12 +45,6 @@ million at most."""
 BY_DEFAULT = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
 
-CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton"]
-"""Loops around both problems."""
-FormulationName = Literal["auto", "complementary", "potential", "gap", "marching"]
-"""Formulations of the programs."""
-MethodName = Literal["auto", "convex", "conic", "active-set", "kalker"]
-"""Overall methods."""
 CertifyName = Literal["auto", "full", "gap", "none"]
 """Levels of the certificate."""
 
@@ -52,6 +54,7 @@ class Options(TypedDict, total=False):
 
     formulation: FormulationName
     method: MethodName
+    methods: Methods | None
     tol: float
     polish: bool | None
     start: Literal["stick", "slip"] | Solution | None
@@ -66,11 +69,7 @@ class Options(TypedDict, total=False):
 class Arguments:
     """Arguments of `solve`, as they are given."""
 
-    normal: str = "auto"
-    tangential: str = "auto"
-    coupling: str = "auto"
-    formulation: str = "auto"
-    method: str = "auto"
+    methods: Methods = AUTO
     tol: float = TOLERANCE
     polish: bool | None = None
     start: Any = None
@@ -80,11 +79,6 @@ class Arguments:
     accuracy: float | None = None
     time_budget: float | None = None
     progress: Callable[[str], None] | None = None
-
-    @property
-    def choices(self) -> tuple[str, str, str, str, str]:
-        """Names of the methods, as `select` takes them."""
-        return self.normal, self.tangential, self.coupling, self.formulation, self.method
 
 
 @dataclass(frozen=True)
@@ -110,13 +104,13 @@ class Target:
 class SolveOptions:
     """Arguments of `solve`, checked once, with the scene's plan.
 
-    `choices`: names of the methods, as `select` takes them. `target`: None where the scene has its
+    `methods`: their names, as they are given. `target`: None where the scene has its
     own grid. `final`: false on coarser grids of an accuracy. `deadline`: when solvers raise
     `OutOfTime`, by `time.perf_counter` [s].
     """
 
     scene: Scene
-    choices: tuple[str, str, str, str, str]
+    methods: Methods
     plan: Plan
     tol: float
     polish: bool
@@ -133,8 +127,9 @@ class SolveOptions:
         """The arguments of `solve`, refused as there, before any work, where they do not suit the
         scene.
         """
-        arguments = Arguments(**given)
-        plan = select(scene, *arguments.choices)
+        methods, others = taken_apart(given)
+        arguments = Arguments(methods=methods, **others)
+        plan = select(scene, methods)
         tol = checks.positive("tol", arguments.tol)
         polish = polished_by(plan, arguments.polish)
         certify = "none" if arguments.certify is None else arguments.certify
@@ -148,7 +143,7 @@ class SolveOptions:
             _check_store(scene, arguments.store)
         return cls(
             scene,
-            arguments.choices,
+            methods,
             plan,
             tol,
             polish,
@@ -182,7 +177,7 @@ class SolveOptions:
         """The plan of the `scene`, as on another grid."""
         if scene is self.scene:
             return self.plan
-        return select(scene, *self.choices)
+        return select(scene, self.methods)
 
 
 def _check_start(scene: Scene, plan: Plan, start: Any) -> None:

@@ -25,9 +25,17 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import Kind
-from varcontact.solving.options import CouplingName, FormulationName, MethodName
 from varcontact.solving.pipeline import check_memory, peak
-from varcontact.solving.selection import PRESETS, own_image, select, tangential_unknowns
+from varcontact.solving.selection import (
+    PRESETS,
+    CouplingName,
+    FormulationName,
+    MethodName,
+    Methods,
+    own_image,
+    select,
+    tangential_unknowns,
+)
 
 SECONDS = {"products": (1.2e-5, 1.0), "active sets": (1.2e-9, 3.0), "program": (2e-8, 3.0)}
 """Seconds of one solve on one core, ``factor n^exponent`` with n elements: of their order, by kind
@@ -43,6 +51,7 @@ def plan(
     *,
     formulation: FormulationName = "auto",
     method: MethodName = "auto",
+    methods: Methods | None = None,
 ) -> Plan:
     """What a scene requires, and why, before anything is solved: `solve` follows exactly this plan.
 
@@ -56,6 +65,8 @@ def plan(
     scene : Scene
     normal, tangential, coupling, formulation, method : str
         As in `solve`.
+    methods : Methods, optional
+        The five as one object, in their place.
 
     Returns
     -------
@@ -85,7 +96,15 @@ def plan(
     >>> [matrix.name for matrix in plan.sizes.matrices if matrix.kind == "table"]
     ['A_zz', 'A_tt - C_tt']
     """
-    chosen = select(scene, normal, tangential, coupling, formulation, method)
+    named = Methods.given(
+        methods,
+        normal=normal,
+        tangential=tangential,
+        coupling=coupling,
+        formulation=formulation,
+        method=method,
+    )
+    chosen = select(scene, named)
     special = chosen.special
     if scene.grid == "auto" and chosen.theory is None and not scene.no_slip:
         special = (*special, "no grid")
@@ -101,7 +120,7 @@ def plan(
     for other in PRESETS:
         if other not in (chosen.method, "kalker"):
             try:
-                costs.append(_cost(scene, select(scene, method=other), sizes))
+                costs.append(_cost(scene, select(scene, Methods(method=other)), sizes))
             except SceneError:  # the method is not for this scene
                 continue
     reasons = chosen.reasons | {"bodies": scene.difference, **{name: why[name] for name in special}}

@@ -45,7 +45,7 @@ from varcontact.solvers.registry import SolverSpec, solver_spec
 from varcontact.solving.given_pressure import check_placed, contact_under, without_friction
 from varcontact.solving.options import TOLERANCE
 from varcontact.solving.pipeline import check_memory
-from varcontact.solving.selection import select, why_not_hertz
+from varcontact.solving.selection import Methods, select, why_not_hertz
 from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.theories.on_grid import THEORIES
 
@@ -430,7 +430,7 @@ def _of_pressures(scene: Scene, formulation: str) -> Program:
     if scene.coupled and not scene.frictionless:
         notes.append(f"no tractions, which would change the pressure ({scene.difference})")
     scene = without_friction(scene)
-    plan = select(scene, "clarabel")
+    plan = select(scene, Methods(normal="clarabel"))
     disc = discretise(scene, known_grid(scene))
     cells = plan.cells(scene)
     lattice = disc
@@ -457,7 +457,8 @@ def _of_tractions(scene: Scene, formulation: str, pressure: np.ndarray | None) -
     normal = "hertz"
     if pressure is not None:
         normal = "clarabel"
-    plan = select(scene, normal, "clarabel", "johnson")
+    methods = Methods(normal=normal, tangential="clarabel", coupling="johnson")
+    plan = select(scene, methods)
     disc, state = contact_under(scene, pressure)
     notes = _held_fixed(scene, disc)
     posed = disc.tangential_problem(state.pressure)

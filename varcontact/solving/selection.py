@@ -1,15 +1,17 @@
-"""The choice behind "auto": which methods a scene is solved by, and why; what they need in
-memory.
+"""The methods that a user names, and the choice behind "auto": which a scene is solved by, and why;
+what they need in memory.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any, Literal, get_args
 
 import numpy as np
 
-from varcontact.checks import choice, kind
+from varcontact.checks import Checked, choice, kind
 from varcontact.discrete.contact_grid import given_grid, wanted_grid
 from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
@@ -28,8 +30,138 @@ from varcontact.solvers.registry import Kind, SolverSpec, matrix_free, solver_sp
 from varcontact.solving.pipeline import check_memory
 from varcontact.theories.on_grid import THEORIES, why_not
 
-COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint", "newton")
-FORMULATIONS = ("complementary", "potential", "gap", "marching")
+CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton"]
+"""Loops around both problems."""
+FormulationName = Literal["auto", "complementary", "potential", "gap", "marching"]
+"""Formulations of the programs."""
+MethodName = Literal["auto", "convex", "conic", "active-set", "kalker"]
+"""Overall methods."""
+COUPLINGS: tuple[str, ...] = get_args(CouplingName)
+FORMULATIONS: tuple[str, ...] = get_args(FormulationName)
+METHODS: tuple[str, ...] = get_args(MethodName)
+
+
+def _solver_name(field: str, name: Any) -> str:
+    """The name of a solver; whether there is one is judged with the scene."""
+    if not isinstance(name, str):
+        raise SceneError(field, name, "the name of a method")
+    return name
+
+
+def _coupling_name(field: str, name: Any) -> str:
+    return choice(field, _solver_name(field, name), COUPLINGS)
+
+
+def _formulation_name(field: str, name: Any) -> str:
+    return choice(field, _solver_name(field, name), FORMULATIONS)
+
+
+def _method_name(field: str, name: Any) -> str:
+    """A name of a method; where it is one of something else, say of what."""
+    arguments = {
+        "tangential": [*registry.tangential_methods(), *THEORIES],
+        "normal": registry.normal_methods(),
+        "coupling": COUPLINGS,
+        "formulation": FORMULATIONS,
+    }
+    if isinstance(name, str) and name not in METHODS:
+        meant = [f'{argument}="{name}"' for argument, names in arguments.items() if name in names]
+        if meant:
+            allowed = f"one of {', '.join(METHODS)}; did you mean {' or '.join(meant)}?"
+            raise SceneError(field, name, allowed)
+    return choice(field, name, METHODS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Methods(
+    Checked,
+    normal=_solver_name,
+    tangential=_solver_name,
+    method=_method_name,
+    coupling=_coupling_name,
+    formulation=_formulation_name,
+):
+    """Names of the methods that a scene is solved by, as `solve` takes them one by one; "auto"
+    leaves the choice.
+
+    Parameters
+    ----------
+    normal, tangential : str
+        Solvers of the two problems, or a theory, see docs/methods.md.
+    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
+        How the two meet where the bodies differ.
+    formulation : {"auto", "complementary", "potential", "gap", "marching"}
+        The programs.
+    method : {"auto", "convex", "conic", "active-set", "kalker"}
+        The road as one choice.
+
+    Raises
+    ------
+    SceneError
+        For an entry that does not exist, or is no name of one. Whether a solver is there, and
+        suits the scene, is judged with the scene.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3),
+    ...     grid=vc.Grid(nx=12, ny=12))
+    >>> programs = vc.Methods(method="convex")
+    >>> print(programs)
+    method=convex
+    >>> vc.plan(scene, methods=programs).tangential
+    'clarabel'
+    >>> vc.solve(scene, methods=programs).plan.method
+    'convex'
+    """
+
+    normal: str = "auto"
+    tangential: str = "auto"
+    coupling: str = "auto"
+    formulation: str = "auto"
+    method: str = "auto"
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name}={value}" for name, value in self.named().items()) or "auto"
+
+    def named(self) -> dict[str, str]:
+        """The names that are given, by argument."""
+        return {name: value for name, value in asdict(self).items() if value != "auto"}
+
+    @classmethod
+    def given(cls, methods: Methods | None, **names: Any) -> Methods:
+        """The methods, together or by their names one by one."""
+        if methods is None:
+            return cls(**names)
+        kind("methods", methods, Methods)
+        for name, value in names.items():
+            if value != "auto":
+                raise SceneError(name, value, f"left out beside methods: Methods({name}=...)")
+        return methods
+
+
+AUTO = Methods()
+"""All methods left to choose."""
+
+NAMES = tuple(each.name for each in fields(Methods))
+"""The arguments that name methods."""
+
+
+def taken_apart(options: Mapping[str, Any]) -> tuple[Methods, dict[str, Any]]:
+    """The methods among options of `solve`, and the others."""
+    names = {name: value for name, value in options.items() if name in NAMES}
+    others = {name: value for name, value in options.items() if name not in NAMES}
+    return Methods.given(others.pop("methods", None), **names), others
+
+
+def by_name(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of `solve` with the methods by their names."""
+    if options.get("methods") is None:
+        return dict(options)
+    methods, others = taken_apart(options)
+    return others | methods.named()
 
 
 @dataclass(frozen=True)
@@ -81,14 +213,7 @@ NEWTON_TRACTIONS = replace(NEWTON, normal="norm")
 """What "auto" stands for with so many elements; and where the pressure has too few of them."""
 
 
-def select(
-    scene: Scene,
-    normal: str = "auto",
-    tangential: str = "auto",
-    coupling: str = "auto",
-    formulation: str = "auto",
-    method: str = "auto",
-) -> Plan:
+def select(scene: Scene, methods: Methods = AUTO) -> Plan:
     """The methods for a scene; a `SceneError` says which of those named cannot treat it, and what
     can.
 
@@ -108,22 +233,21 @@ def select(
     if isinstance(scene.motion, Harmonic):
         allowed = "Steady, Shift or Transient: complex amplitudes are given by solve(scene) alone"
         raise SceneError("motion", scene.motion, allowed)
-    requested = Requested(normal, tangential, coupling, formulation, method)
-    _check_names(scene, requested)
+    _check_solvers(scene, methods)
 
     # the methods, each with its reason
-    preset = _preset(scene, requested)
-    reasons = {"method": PRESETS[method].why}
-    of_normal, reasons["normal"] = _normal(scene, requested, preset)
-    of_tangential, reasons["tangential"] = _tangential(scene, tangential, preset)
-    plan = Plan(of_normal, of_tangential, "none", method=method, bodies=_kind_of_bodies(scene))
-    loop, reasons["coupling"] = _coupling(scene, requested, plan)
+    preset = _preset(scene, methods)
+    reasons = {"method": PRESETS[methods.method].why}
+    normal, reasons["normal"] = _normal(scene, methods, preset)
+    tangential, reasons["tangential"] = _tangential(scene, methods.tangential, preset)
+    plan = Plan(normal, tangential, "none", method=methods.method, bodies=_kind_of_bodies(scene))
+    loop, reasons["coupling"] = _coupling(scene, methods, plan)
     programs, reasons["formulation"] = _formulations(scene, plan)
     plan = replace(plan, coupling=loop, formulation=programs[0])
-    _check_methods(scene, requested, plan)
-    _check_formulation(formulation, programs, reasons["formulation"])
-    if formulation != "auto":
-        plan = replace(plan, formulation=formulation)
+    _check_methods(scene, methods, plan)
+    _check_formulation(methods.formulation, programs, reasons["formulation"])
+    if methods.formulation != "auto":
+        plan = replace(plan, formulation=methods.formulation)
         reasons["formulation"] = "requested"
     # the kind of the scene, in words
     special = []
@@ -140,17 +264,6 @@ def select(
         friction=_kind_of_friction(scene, plan),
         special=tuple(special),
     )
-
-
-@dataclass(frozen=True)
-class Requested:
-    """Names of methods as a user gives them; "auto" leaves the choice."""
-
-    normal: str
-    tangential: str
-    coupling: str
-    formulation: str
-    method: str
 
 
 def _kind_of_bodies(scene: Scene) -> str:
@@ -185,18 +298,6 @@ def _kind_of_friction(scene: Scene, plan: Plan) -> str:
     return kinds.pop() if len(kinds) == 1 else "several"
 
 
-def _check_names(scene: Scene, requested: Requested) -> None:
-    """Refuse what is no name of a method, or of one that is not installed."""
-    for field in ("normal", "tangential", "coupling", "formulation"):
-        name = getattr(requested, field)
-        if not isinstance(name, str):
-            raise SceneError(field, name, "the name of a method")
-    _check_method(requested.method)
-    _check_solvers(scene, requested.normal, requested.tangential)
-    choice("coupling", requested.coupling, ("auto", *COUPLING_METHODS))
-    choice("formulation", requested.formulation, ("auto", *FORMULATIONS))
-
-
 def _check_formulation(formulation: str, programs: tuple[str, ...], reason: str) -> None:
     """Refuse a formulation that the plan's solvers have not."""
     if formulation in ("auto", *programs):
@@ -208,32 +309,13 @@ def _check_formulation(formulation: str, programs: tuple[str, ...], reason: str)
     raise SceneError("formulation", formulation, allowed, message=message)
 
 
-def _check_method(method: str) -> None:
-    """Refuse a name that is no method; where it is one of something else, say of what."""
-    arguments = {
-        "tangential": [*registry.tangential_methods(), *THEORIES],
-        "normal": registry.normal_methods(),
-        "coupling": COUPLING_METHODS,
-        "formulation": FORMULATIONS,
-    }
-    if isinstance(method, str) and method not in PRESETS:
-        meant = [
-            f'{argument}="{method}"' for argument, names in arguments.items() if method in names
-        ]
-        if meant:
-            raise SceneError(
-                "method", method, f"one of {', '.join(PRESETS)}; did you mean {' or '.join(meant)}?"
-            )
-    choice("method", method, PRESETS)
-
-
-def _check_solvers(scene: Scene, normal: str, tangential: str) -> None:
+def _check_solvers(scene: Scene, methods: Methods) -> None:
     """Refuse solvers that do not exist, are not installed, or are for the other problem."""
-    if normal not in ("auto", "hertz"):
+    if methods.normal not in ("auto", "hertz"):
         names = ("auto", *registry.normal_methods())
-        registry.check_installed(registry.solver("normal", normal, names))
-    if tangential not in ("auto", *THEORIES):
-        registry.check_installed(_tangential_spec(scene, tangential))
+        registry.check_installed(registry.solver("normal", methods.normal, names))
+    if methods.tangential not in ("auto", *THEORIES):
+        registry.check_installed(_tangential_spec(scene, methods.tangential))
 
 
 def _tangential_spec(scene: Scene, name: str) -> SolverSpec:
@@ -256,7 +338,7 @@ def _not_for_tractions(name: str, methods: list[str], why: str) -> SceneError:
     return SceneError("tangential", name, allowed)
 
 
-def _preset(scene: Scene, requested: Requested) -> Preset:
+def _preset(scene: Scene, requested: Methods) -> Preset:
     """The solvers that a method stands for; "auto" by what else is named and by the number of
     elements in contact.
     """
@@ -273,7 +355,7 @@ def _preset(scene: Scene, requested: Requested) -> Preset:
     return _preset_by_size(scene, requested)
 
 
-def _preset_by_size(scene: Scene, requested: Requested) -> Preset:
+def _preset_by_size(scene: Scene, requested: Methods) -> Preset:
     """Newton's method where its products beat dense matrices, in one problem or in many in a
     row.
     """
@@ -315,7 +397,7 @@ def why_not_hertz(scene: Scene) -> str:
     return ""
 
 
-def _normal(scene: Scene, requested: Requested, preset: Preset) -> tuple[str, str]:
+def _normal(scene: Scene, requested: Methods, preset: Preset) -> tuple[str, str]:
     if requested.normal == "hertz":
         return "hertz", "requested; closed form"
     if requested.normal != "auto":
@@ -366,7 +448,7 @@ def _tangential(scene: Scene, requested: str, preset: Preset) -> tuple[str, str]
     return solver, f"{how}; falls back to splitting"
 
 
-def _coupling(scene: Scene, requested: Requested, plan: Plan) -> tuple[str, str]:
+def _coupling(scene: Scene, requested: Methods, plan: Plan) -> tuple[str, str]:
     if scene.frictionless:
         return "none", "no tangential traction"
     if not scene.coupled:
@@ -387,7 +469,7 @@ def _coupling(scene: Scene, requested: Requested, plan: Plan) -> tuple[str, str]
     return "panagiotopoulos", f"{unlike}: alternating normal and tangential problems"
 
 
-def _why_not_coupled_newton(scene: Scene, requested: Requested, plan: Plan) -> str:
+def _why_not_coupled_newton(scene: Scene, requested: Methods, plan: Plan) -> str:
     """Why Newton's method is not for pressure and tractions together; nothing where it is."""
     if scene.no_slip:
         return "infinite friction has no traction bound that follows the pressure"
@@ -423,7 +505,7 @@ def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str]:
     return ("none",), "no program is solved"
 
 
-def _check_methods(scene: Scene, requested: Requested, plan: Plan) -> None:
+def _check_methods(scene: Scene, requested: Methods, plan: Plan) -> None:
     """Refuse methods that cannot treat the scene."""
     if requested.normal == "hertz" and (why := why_not_hertz(scene)):
         allowed = f'"norm" or "clarabel": Hertz\'s pressure {why}'

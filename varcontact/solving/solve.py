@@ -24,8 +24,8 @@ from varcontact.solving import adaptive
 from varcontact.solving.given_pressure import check_placed, contact_under, field_of
 from varcontact.solving.history import solve_transient
 from varcontact.solving.on_grid import solve_on_grid
-from varcontact.solving.options import TOLERANCE, CouplingName, Options, SolveOptions
-from varcontact.solving.selection import select
+from varcontact.solving.options import TOLERANCE, Options, SolveOptions
+from varcontact.solving.selection import CouplingName, Methods, select
 from varcontact.system.process import one_blas_thread
 
 
@@ -69,6 +69,7 @@ def solve(
     *,
     formulation: str = "auto",
     method: str = "auto",
+    methods: Methods | None = None,
     tol: float = TOLERANCE,
     polish: bool | None = None,
     start: str | Solution | None = None,
@@ -119,6 +120,8 @@ def solve(
         measurement, but any solver or theory may be named; where it misses the
         tolerance, splitting goes on from its best point. Hertz's pressure in
         closed form is part of all of them, unless another `normal` is named.
+    methods : Methods, optional
+        The five names above as one object, in their place.
     tol : float
         Natural-map residual to reach, relative to the largest traction. Every
         method reaches the default.
@@ -229,6 +232,7 @@ def solve(
         coupling=coupling,
         formulation=formulation,
         method=method,
+        methods=methods,
         tol=tol,
         polish=polish,
         start=start,
@@ -295,7 +299,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     """
     checks.kind("scene", scene, Scene)
     _check_certifiable(scene)
-    plan = select(scene, "hertz" if pressure is None else "clarabel")
+    plan = select(scene, Methods(normal="hertz" if pressure is None else "clarabel"))
     disc, state = contact_under(scene, pressure)
     scale = disc.scales.pressure
     shape = (2, *disc.grid.shape)

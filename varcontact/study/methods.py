@@ -19,7 +19,7 @@ from varcontact.solvers.registry import (
     solver_spec,
     tangential_methods,
 )
-from varcontact.solving.selection import FORMULATIONS, PRESETS, select
+from varcontact.solving.selection import FORMULATIONS, PRESETS, Methods, select
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.theories.on_grid import THEORIES
 
@@ -33,49 +33,53 @@ BOUNDS = ("Fx_bound", "Fy_bound", "Mz_bound")
 
 @dataclass(frozen=True)
 class Method:
-    """A method of a comparison by its name; the parts as for `plan`, with "" for no tangential
-    method.
+    """A method of a comparison by its name.
+
+    `pair`: whether a solver is named for each of the two problems. `tractions`: whether there is
+    one for tangential problems.
     """
 
     name: str
-    normal: str
-    tangential: str
-    formulation: str
-    polish: bool
-    method: str = "auto"
+    methods: Methods
+    polish: bool = False
+    pair: bool = True
+    tractions: bool = True
 
     @classmethod
-    def named(cls, text: str) -> Method:
-        """From a name, ``[normal|]tangential[/formulation][+polish]``."""
+    def named(cls, text: str | Methods) -> Method:
+        """From a name, ``[normal|]tangential[/formulation][+polish]``, or from the methods."""
+        if isinstance(text, Methods):
+            return cls(str(text), text)
         name = str(text).strip()
         rest, plus, polish = name.partition("+")
         if plus and polish != "polish":
             raise SceneError("methods", text, 'with no other suffix than "+polish"')
         rest, _, formulation = rest.partition("/")
         if formulation:
-            checks.choice("methods", formulation, FORMULATIONS)
+            checks.choice("methods", formulation, FORMULATIONS[1:])
+        else:
+            formulation = "auto"
         if rest in PRESETS and rest != "auto":
             if plus:
                 allowed = f'"{rest}": only a program solver called by name is polished'
                 raise SceneError("methods", text, allowed)
-            return cls(name, "auto", "auto", formulation or "auto", False, rest)
+            return cls(name, Methods(formulation=formulation, method=rest), pair=False)
         normal, tangential = _pair(rest)
-        return cls(name, normal, tangential, formulation or "auto", bool(plus))
+        methods = Methods(normal=normal, tangential=tangential or "auto", formulation=formulation)
+        return cls(name, methods, bool(plus), "|" in name, tangential != "")
 
     def plan(self, scene: Scene) -> Plan:
         """The plan for a scene; SceneError or SolverUnavailable if the method does not apply to
         it.
         """
         moves = scene.motion is not None
-        if moves and not self.tangential:
+        if moves and not self.tractions:
             allowed = f'a pair, as "{self.name}|clarabel": it is for normal problems'
             raise SceneError("methods", self.name, allowed)
-        normal = self.normal
-        if select(scene).normal == "hertz" and "|" not in self.name and moves:
-            normal = "auto"
-        plan = select(
-            scene, normal, self.tangential or "auto", "auto", self.formulation, self.method
-        )
+        methods = self.methods
+        if select(scene).normal == "hertz" and not self.pair and moves:
+            methods = replace(methods, normal="auto")
+        plan = select(scene, methods)
         to_polish = plan.states_program("normal")
         to_polish |= plan.states_program("tangential")
         if self.polish and not to_polish:

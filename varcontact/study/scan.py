@@ -22,11 +22,9 @@ from varcontact.solving.batch import solve_batches
 from varcontact.solving.options import (
     TOLERANCE,
     CertifyName,
-    CouplingName,
-    FormulationName,
-    MethodName,
     SolveOptions,
 )
+from varcontact.solving.selection import CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
@@ -52,6 +50,7 @@ def scan(
     *,
     formulation: FormulationName = "auto",
     method: MethodName = "auto",
+    methods: Methods | None = None,
     tol: float = TOLERANCE,
     polish: bool | None = None,
     certify: CertifyName | None = "gap",
@@ -74,7 +73,7 @@ def scan(
         force.
     creepages : array_like, shape (k, 3)
         vx, vy, spin; of a shift ux, uy, rotation.
-    normal, tangential, coupling, formulation, method, tol, polish, certify
+    normal, tangential, coupling, formulation, method, methods, tol, polish, certify
         As for `solve`; bounds on the forces only with `certify` = "full".
     executor, workers
         Where they are solved, as for `sweep`, in chunks of eight; only within a
@@ -107,12 +106,16 @@ def scan(
     >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
     ['-0.210', '-0.392', '-0.967']
     """
+    named = Methods.given(
+        methods,
+        normal=normal,
+        tangential=tangential,
+        coupling=coupling,
+        formulation=formulation,
+        method=method,
+    )
     options: dict[str, Any] = {
-        "normal": normal,
-        "tangential": tangential,
-        "coupling": coupling,
-        "formulation": formulation,
-        "method": method,
+        "methods": named,
         "tol": tol,
         "polish": polish,
         "certify": certify,
@@ -345,13 +348,10 @@ def _scan_options(
         return None
     method = Method.named(name)
     closed_form = method.plan(scene).normal == "hertz"
-    options = {
-        "normal": "auto" if closed_form else method.normal,
-        "tangential": method.tangential or "auto",
-        "formulation": method.formulation,
-        "method": method.method,
-        "polish": method.polish or None,
-    }
+    methods = method.methods
+    if closed_form:
+        methods = replace(methods, normal="auto")
+    options = {"methods": methods, "polish": method.polish or None}
     if theory_options:
         allowed = f"without options: only theories by formula have them, not {name} here"
         raise SceneError("methods", name, allowed)

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,11 +39,9 @@ from varcontact.solving.options import (
     BY_DEFAULT,
     TOLERANCE,
     CertifyName,
-    CouplingName,
-    FormulationName,
-    MethodName,
     SolveOptions,
 )
+from varcontact.solving.selection import AUTO, CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.warm_start import Series
 from varcontact.study.methods import failure, figures, outcome
 from varcontact.study.parallel import CHUNK, opened, results
@@ -121,6 +119,7 @@ def sweep(
     *,
     formulation: FormulationName = "auto",
     method: MethodName = "auto",
+    methods: Methods | None = None,
     tol: float = TOLERANCE,
     polish: bool | None = None,
     certify: CertifyName | None = "gap",
@@ -143,7 +142,7 @@ def sweep(
         Values by name of an entry, as in a scene file:
         ``{"motion.vx": [0.0, 1e-3], "friction": [0.2, 0.3]}``. Each scene is
         solved for all combinations.
-    normal, tangential, coupling, formulation, method, tol, polish, certify
+    normal, tangential, coupling, formulation, method, methods, tol, polish, certify
         As for `solve`, the same for all scenes; bounds on the forces only with
         `certify` = "full".
     chunk : int
@@ -214,12 +213,16 @@ def sweep(
     [-0.07  -0.133 -0.362]
     """
     varied, every = scenes_over(scenes, over)
+    named = Methods.given(
+        methods,
+        normal=normal,
+        tangential=tangential,
+        coupling=coupling,
+        formulation=formulation,
+        method=method,
+    )
     options: dict[str, Any] = {
-        "normal": normal,
-        "tangential": tangential,
-        "coupling": coupling,
-        "formulation": formulation,
-        "method": method,
+        "methods": named,
         "tol": tol,
         "polish": polish,
         "certify": certify,
@@ -320,7 +323,8 @@ def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any
         except VarcontactError as error:
             errors.append(error)
             continue
-        settings = dict(options)
+        settings = asdict(options["methods"]) | options
+        del settings["methods"]  # in files they are by their names
         settings["tol"] = checked.tol
         settings["polish"] = checked.polish
         settings["certify"] = checked.certify
@@ -363,8 +367,7 @@ def _solve_in_batches(
     """Enter the figures of the scenes that batches solve, if all methods are the default; True for
     these.
     """
-    methods = ("normal", "tangential", "coupling", "formulation", "method")
-    by_default = all(options[name] == "auto" for name in methods)
+    by_default = options["methods"] == AUTO
     certify = options["certify"]
     if not by_default or options["time_budget"] is not None or certify not in ("gap", "none"):
         return np.zeros(len(scenes), bool)

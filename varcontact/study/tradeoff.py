@@ -26,7 +26,7 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import tangential_methods
 from varcontact.solving.discretisation_variants import Way, answer
 from varcontact.solving.options import TOLERANCE, polished_by
-from varcontact.solving.selection import select
+from varcontact.solving.selection import Methods, select
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
 from varcontact.study.methods import failure, neighbour
@@ -259,7 +259,7 @@ def _repeat_seconds(scene: Scene, way: Way) -> float:
     grids = [way.coarser, way.cells] if way.coarser else [way.cells]
     for n in grids:
         on_grid = way.of(scene, n)
-        plan = select(on_grid, tangential=options.get("tangential", "auto"))
+        plan = select(on_grid, Methods(tangential=options.get("tangential", "auto")))
         motions = [on_grid.motion, neighbour(on_grid.motion)]
         turns = solve_in_turn(on_grid, motions, plan, TOLERANCE, polished_by(plan, None))
         next(turns)

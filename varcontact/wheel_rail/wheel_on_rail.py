@@ -8,6 +8,7 @@ from typing import Any
 
 from varcontact import checks
 from varcontact.solving.options import CertifyName
+from varcontact.solving.selection import by_name
 from varcontact.solving.solve import solve
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.creep_forces import TheoryName, theory_options
@@ -122,7 +123,7 @@ class WheelOnRail(WheelGeometry):
         NotConverged
             If a patch is not solved, see `varcontact.solve`.
         """
-        return solve_wheel_on_rail(self, tol, certify, methods)
+        return solve_wheel_on_rail(self, tol, certify, by_name(methods))
 
     @checks.named_options(_of_theories)
     def estimate(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.friction import Law
+from varcontact.solving.selection import by_name
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.track import SIGN, Side
 from varcontact.wheel_rail.wheel_geometry import OnTrack
@@ -216,7 +217,8 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
                 "give accuracy, or dx and dy"
             )
             raise SceneError("time_budget", budget, allowed)
-        return solve_wheel_set(self, checks.positive("tol", tol), certify, methods)
+        tol = checks.positive("tol", tol)
+        return solve_wheel_set(self, tol, certify, by_name(methods))
 
     @checks.named_options(lambda given: checks.options_of(WheelOnRail.estimate))
     def estimate(
