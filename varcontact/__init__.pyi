@@ -46,6 +46,7 @@ from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.transient import Transient
 from .scene.units import MM_N, SI, Units
 from .solving.friction_problem import FrictionProblem, friction_problem
+from .solving.own_solvers import register_solver
 from .solving.plan_report import plan
 from .solving.program import Program, program
 from .solving.selection import Methods
@@ -157,6 +158,7 @@ __all__ = [
     "read_sweep",
     "reference",
     "references",
+    "register_solver",
     "scan",
     "solve",
     "solve_many",

@@ -46,6 +46,8 @@ class SolverSpec:
         or the creepage before).
     falls_back : bool
         Whether splitting takes over from its best point where it misses the tolerance.
+    own : bool
+        Whether it is a user's, see `register_solver`.
     """
 
     name: str
@@ -57,6 +59,7 @@ class SolverSpec:
     intervals_only: bool = False
     restarts: bool = False
     falls_back: bool = False
+    own: bool = False
 
     def __call__(
         self,

@@ -25,6 +25,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import Kind
+from varcontact.solving.own_solvers import SolverChoice
 from varcontact.solving.pipeline import check_memory, peak
 from varcontact.solving.selection import (
     PRESETS,
@@ -45,8 +46,8 @@ of method."""
 @checks.named_options()
 def plan(
     scene: Scene,
-    normal: str = "auto",
-    tangential: str = "auto",
+    normal: SolverChoice = "auto",
+    tangential: SolverChoice = "auto",
     coupling: CouplingName = "auto",
     *,
     formulation: FormulationName = "auto",

@@ -27,6 +27,7 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solvers import registry
 from varcontact.solvers.registry import Kind, SolverSpec, matrix_free, solver_spec, states_program
+from varcontact.solving.own_solvers import solver_name
 from varcontact.solving.pipeline import check_memory
 from varcontact.theories.on_grid import THEORIES, why_not
 
@@ -41,19 +42,32 @@ FORMULATIONS: tuple[str, ...] = get_args(FormulationName)
 METHODS: tuple[str, ...] = get_args(MethodName)
 
 
-def _solver_name(field: str, name: Any) -> str:
-    """The name of a solver; whether there is one is judged with the scene."""
+def _word(field: str, name: Any) -> str:
     if not isinstance(name, str):
         raise SceneError(field, name, "the name of a method")
     return name
 
 
+def _normal_name(field: str, method: Any) -> str:
+    """The name of a solver of pressures; whether there is one is judged with the scene."""
+    if isinstance(method, str) and method == "auto":
+        return method
+    return _word(field, solver_name("normal", method))
+
+
+def _tangential_name(field: str, method: Any) -> str:
+    """The same of tractions."""
+    if isinstance(method, str) and method == "auto":
+        return method
+    return _word(field, solver_name("tangential", method))
+
+
 def _coupling_name(field: str, name: Any) -> str:
-    return choice(field, _solver_name(field, name), COUPLINGS)
+    return choice(field, _word(field, name), COUPLINGS)
 
 
 def _formulation_name(field: str, name: Any) -> str:
-    return choice(field, _solver_name(field, name), FORMULATIONS)
+    return choice(field, _word(field, name), FORMULATIONS)
 
 
 def _method_name(field: str, name: Any) -> str:
@@ -75,8 +89,8 @@ def _method_name(field: str, name: Any) -> str:
 @dataclass(frozen=True, kw_only=True)
 class Methods(
     Checked,
-    normal=_solver_name,
-    tangential=_solver_name,
+    normal=_normal_name,
+    tangential=_tangential_name,
     method=_method_name,
     coupling=_coupling_name,
     formulation=_formulation_name,
@@ -87,7 +101,8 @@ class Methods(
     Parameters
     ----------
     normal, tangential : str
-        Solvers of the two problems, or a theory, see docs/methods.md.
+        Solvers of the two problems, or a theory, see docs/methods.md; or a function, as
+        `register_solver` takes it, which becomes its name.
     coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
         How the two meet where the bodies differ.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}

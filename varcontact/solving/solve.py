@@ -25,6 +25,7 @@ from varcontact.solving.given_pressure import check_placed, contact_under, field
 from varcontact.solving.history import solve_transient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, Options, SolveOptions
+from varcontact.solving.own_solvers import SolverChoice
 from varcontact.solving.selection import CouplingName, Methods, select
 from varcontact.system.process import one_blas_thread
 
@@ -32,8 +33,8 @@ from varcontact.system.process import one_blas_thread
 @overload
 def solve(
     scene: Scene[Transient],
-    normal: str = "auto",
-    tangential: str = "auto",
+    normal: SolverChoice = "auto",
+    tangential: SolverChoice = "auto",
     coupling: CouplingName = "auto",
     **options: Unpack[Options],
 ) -> History: ...
@@ -42,8 +43,8 @@ def solve(
 @overload
 def solve(
     scene: Scene[Steady] | Scene[Shift] | Scene[None],
-    normal: str = "auto",
-    tangential: str = "auto",
+    normal: SolverChoice = "auto",
+    tangential: SolverChoice = "auto",
     coupling: CouplingName = "auto",
     **options: Unpack[Options],
 ) -> Solution: ...
@@ -52,8 +53,8 @@ def solve(
 @overload
 def solve(
     scene: Scene[Harmonic],
-    normal: str = "auto",
-    tangential: str = "auto",
+    normal: SolverChoice = "auto",
+    tangential: SolverChoice = "auto",
     coupling: CouplingName = "auto",
     **options: Unpack[Options],
 ) -> HarmonicSolution: ...
@@ -63,8 +64,8 @@ def solve(
 @one_blas_thread()
 def solve(
     scene: Scene,
-    normal: str = "auto",
-    tangential: str = "auto",
+    normal: SolverChoice = "auto",
+    tangential: SolverChoice = "auto",
     coupling: str = "auto",
     *,
     formulation: str = "auto",
@@ -85,20 +86,22 @@ def solve(
     Parameters
     ----------
     scene : Scene
-    normal : str
+    normal : str or callable
         Method of the normal problem: "auto"; "hertz", closed form; "clarabel",
         "osqp", "scs", "qpsolvers:<name>" or "cvxpy:<NAME>", a QP; "norm" or
         "norm-single", active sets; "newton" or "splitting", without a matrix.
         Hertz's pressure is sampled at the element centres and scaled (by one within the grid's
         error) so that the elements carry exactly the normal force; or averaged
-        over them, see `Grid`.
-    tangential : str
+        over them, see `Grid`. Or a name of `register_solver`, or such a
+        function itself.
+    tangential : str or callable
         Method of the tangential problem: "auto"; "clarabel", "scs" or
         "cvxpy:<NAME>", a second-order-cone program; "tang" (rough Newton steps
         between exchanges), "tang-exact" (as printed) or "tang-safeguarded",
         active sets; "newton" or "splitting", without a matrix; or an
         approximate theory: "fastsim", "fastsim-elliptic", "linear",
-        "vermeulen-johnson"; or "table", exact forces interpolated.
+        "vermeulen-johnson"; or "table", exact forces interpolated; or a solver
+        of your own, as for `normal`.
     coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
         How the two meet where the bodies differ (K != 0): one pass; both
         problems in turn; pressure and tractions together with only the traction

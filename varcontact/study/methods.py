@@ -19,6 +19,7 @@ from varcontact.solvers.registry import (
     solver_spec,
     tangential_methods,
 )
+from varcontact.solving.own_solvers import solver_name
 from varcontact.solving.selection import FORMULATIONS, PRESETS, Methods, select
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.theories.on_grid import THEORIES
@@ -50,6 +51,9 @@ class Method:
         """From a name, ``[normal|]tangential[/formulation][+polish]``, or from the methods."""
         if isinstance(text, Methods):
             return cls(str(text), text)
+        if callable(text):
+            allowed = "a name: register_solver gives one to a function"
+            raise SceneError("methods", text, allowed)
         name = str(text).strip()
         rest, plus, polish = name.partition("+")
         if plus and polish != "polish":
@@ -113,7 +117,7 @@ def _pair(text: str) -> tuple[str, str]:
 
 def _is_solver(kind: Kind, name: str) -> bool:
     """True for a solver of one kind of problem, installed or not; what is not is listed later."""
-    spec = solver_spec(kind, name)
+    spec = solver_spec(kind, solver_name(kind, name))
     return spec is not None and not spec.intervals_only
 
 

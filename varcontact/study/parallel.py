@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError, WorkersLost
+from varcontact.solving.own_solvers import registered, with_registered
 
 Key = TypeVar("Key")
 Result = TypeVar("Result")
@@ -61,10 +62,11 @@ def results(
             yield name, work(*task)
         return
     names: dict[Future[Result], Key] = {}
+    own = registered()
     try:
         with _lost_workers():
             for name, task in tasks.items():
-                names[executor.submit(work, *task)] = name
+                names[executor.submit(with_registered, own, work, *task)] = name
         for future in as_completed(names):
             with _lost_workers():
                 result = future.result()

@@ -24,6 +24,7 @@ from varcontact.solving.options import (
     CertifyName,
     SolveOptions,
 )
+from varcontact.solving.own_solvers import SolverChoice
 from varcontact.solving.selection import CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.methods import Method
@@ -44,8 +45,8 @@ SHIFTING = ("ux", "uy", "rotation")
 def scan(
     scene: Scene,
     creepages: np.ndarray,
-    normal: str = "auto",
-    tangential: str = "auto",
+    normal: SolverChoice = "auto",
+    tangential: SolverChoice = "auto",
     coupling: CouplingName = "auto",
     *,
     formulation: FormulationName = "auto",

@@ -26,6 +26,7 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import tangential_methods
 from varcontact.solving.discretisation_variants import Way, answer
 from varcontact.solving.options import TOLERANCE, polished_by
+from varcontact.solving.own_solvers import solver_name
 from varcontact.solving.selection import Methods, select
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
@@ -200,6 +201,7 @@ def _ways(methods: Iterable[str | Way], numbers: list[int]) -> list[Way]:
 
 def _ways_named(name: str, numbers: list[int]) -> list[Way]:
     """The ways of a method with all numbers of elements; or all accuracies."""
+    solver_name("tangential", name)
     checks.choice("methods", name, ("auto", "accuracy", *tangential_methods(), *THEORIES))
     if name == "accuracy":
         return [Way(accuracy=target) for target in TARGETS]

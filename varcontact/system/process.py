@@ -20,6 +20,7 @@ import math
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, wait
 from functools import cache
@@ -187,6 +188,13 @@ def interruptible(work: Callable[[], Result], rows: int = MANY) -> Result:
     """What `work` returns or raises; Ctrl-C does not wait for it."""
     if rows < MANY or threading.current_thread() is not threading.main_thread():
         return work()
+    return within(work, math.inf)
+
+
+def within(work: Callable[[], Result], deadline: float) -> Result:
+    """What `work` returns or raises in a thread beside; `TimeoutError` past a deadline, by
+    `time.perf_counter` [s]: it is then left alone.
+    """
     found: Future[Result] = Future()
 
     def run() -> None:
@@ -196,13 +204,22 @@ def interruptible(work: Callable[[], Result], rows: int = MANY) -> Result:
             found.set_exception(error)
 
     threading.Thread(target=contextvars.copy_context().run, args=(run,), daemon=True).start()
+    in_main_thread = threading.current_thread() is threading.main_thread()
     pause = 1e-3
     while not wait([found], pause).done:
-        handler = signal.getsignal(signal.SIGINT)
-        if handler is not None:
-            signal.signal(signal.SIGINT, handler)  # Python's in place of that of a solver
+        if in_main_thread:
+            _take_back_sigint()
+        if time.perf_counter() > deadline:
+            raise TimeoutError
         pause = min(2 * pause, LONGEST)
     return found.result()
+
+
+def _take_back_sigint() -> None:
+    """Python's handler of Ctrl-C in place of that of a solver."""
+    handler = signal.getsignal(signal.SIGINT)
+    if handler is not None:
+        signal.signal(signal.SIGINT, handler)
 
 
 def imported(name: str) -> Any:
