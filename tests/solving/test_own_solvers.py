@@ -87,6 +87,7 @@ def test_studies_take_registered_names(small, motion):
     assert table["outcome"].tolist() == ["solved"] * 2
     assert table["force_distance"].max() < 1e-5
     assert vc.compare(scene, ["norm|admm"])["outcome"].tolist() == ["solved"]
+    assert vc.compare(scene, [vc.Methods(tangential=admm)])["outcome"].tolist() == ["solved"]
     curve = vc.scan(scene, [(0.01, 0.0, 0.0), (0.05, 0.0, 0.0)], tangential="admm")
     exact = vc.scan(scene, [(0.01, 0.0, 0.0), (0.05, 0.0, 0.0)])
     for sol, other in zip(curve, exact, strict=True):
