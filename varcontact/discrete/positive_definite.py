@@ -82,8 +82,8 @@ class _Factored:
 
     @property
     def rounding(self) -> float:
-        """Relative error of an energy: the factor is that of ``S + D``, ``|D| <= (n + 1) eps |L||L'|``,
-        no more than ``(n + 1) eps`` times the trace (Higham 2002, 10.1); its inverse adds less.
+        """Relative error of an energy (Higham 2002, 10.1): the factor is that of ``S + D``, with
+        ``|D| <= (n + 1) eps |L||L'|``, in norm no more than the trace of S; its inverse adds less.
         """
         size = len(self.inverse) + 1
         return 2 * size * EPS * self.trace / self.least
