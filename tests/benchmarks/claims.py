@@ -193,4 +193,45 @@ def paper(quick: bool) -> Table:
     return Table(("section", "the paper", "here"), ("", "", ""), rows)
 
 
-TABLES = {"paper": paper}
+def in_time(cells: int, motion: vc.Transient | vc.Shift) -> list[vc.Solution | vc.History]:
+    """A motion on a circle by FASTSIM and by the exact theory."""
+    scene = ball(cells)
+    hertz = vc.reference.hertz_ellipse(1.0, 1.0, scene.bodies, force=1.0)
+    dx = 2 / cells
+    grid = vc.Grid(nx=cells, ny=cells, dx=dx, dy=dx, x0=-1.0, y0=-1.0)
+    surface = vc.Paraboloids(hertz.Rx, hertz.Ry)
+    held = replace(scene, surface=surface, grid=grid, motion=motion)
+    return [vc.solve(held, tangential=name, certify="none") for name in ("fastsim", "auto")]
+
+
+def largest_difference(cells: int, steps: int, **creepages: object) -> list[float]:
+    """Largest and last difference of the force in a history, in f Fz."""
+    motion = vc.Transient(steps=steps, dq=2 / cells, **creepages)
+    fastsim, exact = in_time(cells, motion)
+    away = np.hypot(*(fastsim.force - exact.force).T) / KINETIC
+    return [100 * float(away.max()), 100 * float(away[-1])]
+
+
+def fastsim_in_time(quick: bool) -> Table:
+    """Differences of FASTSIM's forces from the exact ones in time, and of shifts by a force."""
+    cells = 8 if quick else 20
+    rows: list[tuple[str, object]] = []
+    for words, rigid in (
+        ("rolling begins, vx = 0.05", {"vx": 0.05}),
+        ("rolling begins, vx = 0.02, spin = 0.1", {"vx": 0.02, "spin": 0.1}),
+    ):
+        away = largest_difference(cells, 2 * cells, **rigid)
+        rows.append((words, f"{away[0]:.0f} % of $f F_z$, at the end {away[1]:.1f} %"))
+    middles = (np.arange(4 * cells) + 0.5) * 2 / cells
+    for length in (1.0, 2.0, 4.0, 8.0):
+        vx = 0.05 * np.sin(2 * np.pi * middles / length)
+        away = largest_difference(cells, middles.size, vx=vx.tolist())
+        rows.append((f"vx = 0.05 sin, wavelength {length:.0f} a", f"{away[0]:.0f} % of $f F_z$"))
+    for part in (0.3, 0.9):
+        fastsim, exact = in_time(cells, vc.Shift(Fx=-part * KINETIC))
+        ratio = fastsim.creepage[0] / exact.creepage[0]
+        rows.append((f"shift by {part} $f F_z$", f"{ratio:.2f} of the exact shift"))
+    return Table(("circle, $\\nu$ = 0.28, f = 0.3", "FASTSIM"), ("", ""), rows)
+
+
+TABLES = {"paper": paper, "fastsim_in_time": fastsim_in_time}

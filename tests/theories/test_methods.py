@@ -17,8 +17,8 @@ from varcontact.theories import (
     flexibility,
     vermeulen_johnson,
 )
+from varcontact.theories.on_grid import IN_TIME, why_not
 from varcontact.theories.on_grid import THEORIES as EVERY
-from varcontact.theories.on_grid import why_not
 
 STEADY = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)
 FASTSIM = ["fastsim", "fastsim-elliptic", "fastsim-weighted", "fastsim-weighted-elliptic"]
@@ -154,12 +154,17 @@ def test_tractions_are_admissible_and_the_certificate_tells_the_rest(rolling, na
     ("changes", "words"),
     [
         ({"bodies": UNLIKE}, "quasi-identical bodies"),
-        ({"motion": vc.Shift(ux=0.1)}, "steady rolling"),
         ({"surface": vc.SampledDistance(np.zeros((4, 4))), "grid": FOUR}, "elliptic contacts"),
     ],
 )
 def test_scenes_that_they_cannot_treat(rolling, name, changes, words):
     refused(lambda: vc.solve(rolling(**changes), tangential=name), "tangential", match=words)
+
+
+@pytest.mark.parametrize("name", sorted(set(EVERY) - set(IN_TIME)))
+def test_shifts_are_for_fastsim_alone(rolling, name):
+    scene = rolling(motion=vc.Shift(ux=0.1))
+    refused(lambda: vc.solve(scene, tangential=name), "tangential", match="steady rolling")
 
 
 def test_more_that_they_cannot_treat(rolling):

@@ -99,9 +99,9 @@ def solve(
         "cvxpy:<NAME>", a second-order-cone program; "tang" (rough Newton steps
         between exchanges), "tang-exact" (as printed) or "tang-safeguarded",
         active sets; "newton" or "splitting", without a matrix; or an
-        approximate theory: "fastsim", "fastsim-elliptic", "linear",
-        "vermeulen-johnson"; or "table", exact forces interpolated; or a solver
-        of your own, as for `normal`.
+        approximate theory: "fastsim", "fastsim-elliptic" (in time, too),
+        "linear", "vermeulen-johnson"; or "table", exact forces interpolated; or
+        a solver of your own, as for `normal`.
     coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
         How the two meet where the bodies differ (K != 0): one pass; both
         problems in turn; pressure and tractions together with only the traction

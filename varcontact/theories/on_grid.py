@@ -12,14 +12,16 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
+from varcontact.discrete.stick_slip import unit_slip
 from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.transient import Transient
 from varcontact.solvers.active_set.tang import no_slip
-from varcontact.theories.fastsim import marched_on_grid
+from varcontact.theories.fastsim import marched_on_grid, stepped_on_grid
 from varcontact.theories.force_inversion import creepage_carrying
 from varcontact.theories.linear import Contact, Forces
 from varcontact.theories.polach import polach_forces
@@ -38,6 +40,8 @@ MAX_CORRECTIONS = 100
 """Most corrections of the tractions by which they carry the table book's forces."""
 RESULTANT_TOL = 1e-12
 """Tolerance on the difference from the table book's forces, relative to f Fz."""
+IN_TIME = ("fastsim", "fastsim-elliptic")
+"""Theories that also treat shifts and histories, whose flexibilities do not depend on creepages."""
 GRADIENT_MAX = 1e9
 """Gradient of Polach's formula that stands for full slip."""
 
@@ -46,29 +50,47 @@ def why_not(name: str, scene: Scene) -> str:
     """Reason why a theory of `THEORIES` cannot treat a scene, as the end of a sentence about it;
     empty where it can.
     """
-    return _why_not_contact(scene) or _why_not_friction(name, scene) or _why_not_theory(name, scene)
+    return (
+        _why_not_contact(scene)
+        or _why_not_motion(name, scene)
+        or _why_not_friction(name, scene)
+        or _why_not_theory(name, scene)
+    )
 
 
 def _why_not_contact(scene: Scene) -> str:
-    """Reason for all theories: bodies, surface and motion."""
+    """Reason for all theories: bodies and surface."""
     if not isinstance(scene.bodies, Bodies):
         return "it is for half-spaces, and the bodies are none"
     if scene.third_body is not None:
         return "it is for bodies that touch, and there is a third body"
     if scene.bodies.coupled:
         return f"it is for quasi-identical bodies (K = 0), and K is {scene.bodies.K:.3g}"
-    if scene.line or isinstance(scene.surface, SampledDistance):
+    sampled = any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
+    rough = isinstance(scene.motion, Transient) and bool(scene.motion.heights)
+    if scene.line or sampled or rough:
         return "it is for elliptic contacts"
-    if not isinstance(scene.motion, Steady):
-        return "it is for steady rolling"
+    return ""
+
+
+def _why_not_motion(name: str, scene: Scene) -> str:
+    motion = scene.motion
+    if isinstance(motion, Steady):
+        return ""
+    if not isinstance(motion, Shift | Transient):
+        return "it is for rolling and shifts"
+    if name not in IN_TIME:
+        return f"it is for steady rolling; in time and in shifts there are {' and '.join(IN_TIME)}"
+    if scene.under_law:
+        return "under a law of friction it is for steady rolling"
     return ""
 
 
 def _why_not_friction(name: str, scene: Scene) -> str:
-    friction = scene.friction
-    if isinstance(friction, Law):
-        return _why_not_law(name, friction, scene.motion)
-    if name == "linear" or (isinstance(friction, float) and 0 < friction < np.inf):
+    if isinstance(scene.friction, Law):
+        return _why_not_law(name, scene.friction, scene.motion)
+    finite = [isinstance(each, float) and 0 < each < np.inf for each in scene.frictions]
+    if name == "linear" or all(finite):
         return ""
     return "it is for one finite coefficient of friction"
 
@@ -103,16 +125,14 @@ def _why_not_theory(name: str, scene: Scene) -> str:
 
 
 class _Contact:
-    """A Hertzian contact in steady rolling on the elements; what is not `disc` and `state` is in
-    the scene's units.
-    """
+    """A Hertzian contact on the elements, in the scene's units but for `disc` and `state`."""
 
     def __init__(self, disc: Discretisation, state: ContactState) -> None:
         hertz = disc.hertz
         motion = disc.loading.motion
         friction = disc.coefficient
         assert hertz is not None
-        assert isinstance(motion, Steady)
+        assert isinstance(motion, Steady | Shift | TimeStep)
         assert isinstance(friction, float)
         self.disc = disc
         self.state = state
@@ -154,6 +174,24 @@ class _Contact:
         axes = (self.a, self.b)
         return marched_on_grid(self.grid, axes, L, limits, creepage, law, self.state.branch)
 
+    @property
+    def dq(self) -> float:
+        """Distance rolled in a step; 0 in place."""
+        if self.disc.step is None:
+            return 0.0
+        return self.disc.step * self.disc.scales.length
+
+    def stepped(self, creepage: np.ndarray, bound: str) -> Tractions:
+        """Tractions and slip area after a step of FASTSIM in time."""
+        before = np.zeros((2, *self.grid.shape))
+        previous = self.disc.loading.previous_step
+        if previous is not None:
+            before = self.disc.scales.pressure * previous.traction
+        gradient = creepage / flexibilities_of(self.at(creepage), "separate")
+        axes = (self.a, self.b)
+        travel = (self.motion.rolls, self.dq)
+        return stepped_on_grid(self.grid, axes, gradient, self.bounds[bound], before, travel)
+
 
 Tractions = tuple[np.ndarray, np.ndarray]
 """Tractions (2, ny, nx), and True for elements that slip (ny, nx)."""
@@ -187,9 +225,6 @@ def _of(
 
     def theory(disc: Discretisation, state: ContactState) -> ContactState:
         contact = _Contact(disc, state)
-        scales = disc.scales
-        step = disc.step
-        assert step is not None
 
         def force(creepage: np.ndarray) -> np.ndarray:
             if formula is None:
@@ -201,12 +236,15 @@ def _of(
         if formula is None:
             limit = float(contact.bounds["elliptic"].sum()) * contact.grid.area
         unit = 3 * limit / (contact.G * contact.a * contact.b * contact.table.C11)
+        if not isinstance(motion, Steady):  # all of the contact is left in 2a/dq steps
+            unit *= contact.a / (contact.dq or 1.0)
         prescribed = np.array(motion.rigid)
         creepage = creepage_carrying(force, prescribed, (motion.Fx, motion.Fy), unit, limit)
         traction, slips = tractions(contact, creepage, **options)
         change = (creepage - prescribed)[:2]
-        rigid = np.asarray(change * step * scales.length / scales.displacement)
-        return _closed_form(state, traction / scales.pressure, rigid, slips & (state.pressure > 0))
+        rigid = np.asarray(change * unit_slip(disc))
+        traction = traction / disc.scales.pressure
+        return _closed_form(state, traction, rigid, slips & (state.pressure > 0))
 
     return theory
 
@@ -214,7 +252,9 @@ def _of(
 def _fastsim(
     contact: _Contact, creepage: np.ndarray, bound: str = "parabolic", flexibility: str = "separate"
 ) -> Tractions:
-    """FASTSIM at the element centres."""
+    """FASTSIM at the element centres, in a step from the tractions of the step before."""
+    if not isinstance(contact.motion, Steady):
+        return contact.stepped(creepage, bound)
     traction, slip = contact.marched(creepage, bound, flexibility)
     return traction, np.any(slip, axis=0)
 
