@@ -51,6 +51,19 @@ def titles(figure):
     return [ax.get_title() for ax in figure.axes]
 
 
+def test_fig02_winkler_bedding(ran, pictures):
+    """Pressures are the overlap by 2k, and the deformed distance is the rest, in every place."""
+    example = script("fig02_winkler_bedding")
+    bedding, halfspaces = ran("fig02_winkler_bedding", "touch on").values()
+    apart = example.profile(bedding.grid.x) - example.APPROACH
+    expected = np.maximum(-apart, 0.0) / (2 * example.COMPLIANCE)
+    np.testing.assert_allclose(bedding.pressure[0], expected, atol=1e-9)
+    np.testing.assert_allclose(bedding.distance[0], np.maximum(apart, 0.0), atol=1e-9)
+    assert shows(pictures[0].axes[1], bedding.pressure[0])
+    assert np.all(bedding.pressure[halfspaces.pressure > 0] > 0)
+    assert np.sum(bedding.pressure > 0) > 2 * np.sum(halfspaces.pressure > 0)
+
+
 def test_fig08_09_vermeulen_johnson(ran, pictures):
     """Kalker's line is nearer to the exact theory than Vermeulen and Johnson's own, which is too
     steep; their ellipse of stick is too small, and misses the leading edge.

@@ -34,7 +34,7 @@ from .results.history import History
 from .results.plan import Matrix, Plan, Sizes
 from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
-from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
+from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic, Winkler
 from .scene.carried import Carried
 from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from .scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
@@ -132,6 +132,7 @@ __all__ = [
     "Units",
     "VarcontactError",
     "Viscoelastic",
+    "Winkler",
     "WorkersLost",
     "certify",
     "compare",

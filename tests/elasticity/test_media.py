@@ -32,6 +32,8 @@ MEDIA = {
     "graded on a half-space": of(
         vc.Graded(G=1.0, nu=0.3, depth=0.2, exponent=1.0), vc.Bodies(1.0, 0.3)
     ),
+    "winkler bedding": of(vc.Winkler(h=0.1, E=3.0, G=1.0)),
+    "winkler bedding on a rigid body": of(vc.Winkler(h=0.1, E=3.0, G=2.0), "rigid"),
     "viscoelastic": of(RUBBER, speed=1.0),
     "viscoelastic on a half-space": of(RUBBER, vc.Bodies(1.0, 0.3), speed=1.0),
     "curved": Conformal(HalfSpaces(0.3), (-0.2, 0.2), (-0.4, 0.4)),

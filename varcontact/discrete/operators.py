@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from varcontact.elasticity.bedding import Bedding
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.operators import GridOperator, Homogeneous, Medium
@@ -23,6 +24,7 @@ from varcontact.scene.bodies import (
     Layered,
     Stratified,
     Viscoelastic,
+    Winkler,
     materials,
 )
 from varcontact.scene.grid import Grid
@@ -191,7 +193,7 @@ def medium_on(
 
 def medium_of(
     bodies: Bodies | BodyPair, length: float, depth: float | None, speed: float | None = None
-) -> Homogeneous:
+) -> Medium:
     """The medium of a scene's bodies, at a speed, in units of a length.
 
     `depth` is in units of that length already; without it, it is as deep as makes all influence
@@ -201,6 +203,8 @@ def medium_of(
         if depth is None:
             depth = FREE_DEPTH
         return HalfSpaces(bodies.combined_nu, bodies.K, depth)
+    if bodies.bedded:
+        return _bedding(bodies, length)
     if depth is None:
         depth = FREE_DEPTH * max(1.0, (speed or 0.0) * bodies.longest_relaxation / length)
     if not any(isinstance(body, Layered | Stratified) for body in (bodies.upper, bodies.lower)):
@@ -209,6 +213,16 @@ def medium_of(
     if bodies.of_several_solids:
         return _of_several_solids(bodies, length, depth, speed or 0.0)
     return _layered(bodies, length, depth, speed or 0.0)
+
+
+def _bedding(bodies: BodyPair, length: float) -> Bedding:
+    """Springs of both bodies in a row."""
+    beds = [body for body in bodies.both if isinstance(body, Winkler)]
+    unit = length / bodies.combined_G
+    return Bedding(
+        normal=sum(body.h / body.E for body in beds) / unit,
+        tangential=sum(body.h / body.G for body in beds) / unit,
+    )
 
 
 def _layered(bodies: BodyPair, length: float, depth: float, speed: float) -> Homogeneous:

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from varcontact.elasticity.operators import GridOperator, Medium
 from varcontact.scene.grid import Grid
 from varcontact.transports import HERE, Stencil
@@ -40,15 +42,26 @@ class ShearLayer:
         elements.
         """
         bare = self.bodies.operator(lattice, rows, columns, stencil)
-        sheared = [name for name in "xy" if name in rows and name in columns]
-        table = bare.table.copy()
-        ny, nx = lattice.shape
-        for ahead, weight in stencil:
-            whole, part = divmod(round(ahead / lattice.sides[0], 9), 1.0)
-            for column, share in ((int(whole), 1 - part), (int(whole) + 1, part)):
-                if share == 0 or abs(column) >= nx:
-                    continue
-                for name in sheared:
+        compliances = {"x": self.compliance, "y": self.compliance}
+        sprung = springs(lattice, rows, columns, stencil, compliances)
+        return GridOperator(bare.shape, bare.table + sprung.table)
+
+
+def springs(
+    lattice: Grid, rows: str, columns: str, stencil: Stencil, compliances: dict[str, float]
+) -> GridOperator:
+    """Displacements by the tractions at the same place: compliances by component, linear between the
+    centres of elements.
+    """
+    ny, nx = lattice.shape
+    table = np.zeros((len(rows), len(columns), 2 * ny - 1, 2 * nx - 1))
+    for ahead, weight in stencil:
+        whole, part = divmod(round(ahead / lattice.sides[0], 9), 1.0)
+        for column, share in ((int(whole), 1 - part), (int(whole) + 1, part)):
+            if share == 0 or abs(column) >= nx:
+                continue
+            for name, compliance in compliances.items():
+                if name in rows and name in columns:
                     place = rows.index(name), columns.index(name), ny - 1, nx - 1 - column
-                    table[place] += weight * share * self.compliance
-        return GridOperator(bare.shape, table)
+                    table[place] += weight * share * compliance
+    return GridOperator(lattice.shape, table)

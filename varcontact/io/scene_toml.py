@@ -25,7 +25,7 @@ from varcontact.io.toml_tables import (
     table_of,
 )
 from varcontact.results.solution import Solution
-from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
+from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic, Winkler
 from varcontact.scene.carried import Carried
 from varcontact.scene.friction_laws import LAWS
 from varcontact.scene.grid import Grid
@@ -43,7 +43,12 @@ SURFACES = {
     "cylinders": Cylinders,
     "sampled-distance": SampledDistance,
 }
-BODIES: dict[str, type[Any]] = {"layered": Layered, "viscoelastic": Viscoelastic, "graded": Graded}
+BODIES: dict[str, type[Any]] = {
+    "layered": Layered,
+    "viscoelastic": Viscoelastic,
+    "graded": Graded,
+    "winkler": Winkler,
+}
 MOTIONS = {
     "steady": Steady,
     "shift": Shift,
@@ -312,7 +317,7 @@ def _plain(value: Any) -> Any:
 
 def _table_of_object(value: Any) -> Any:
     """Fields of a dataclass that are given, with its kind."""
-    if isinstance(value, BodyPair) and not value.coupled:
+    if isinstance(value, BodyPair) and value.upper == value.lower:
         return _plain(value.upper)
     table: dict[str, Any] = {}
     kinds = [KINDS[cls] for cls in type(value).__mro__ if cls in KINDS]

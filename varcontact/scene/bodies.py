@@ -300,6 +300,65 @@ class Viscoelastic(
     relaxations: Relaxations
 
 
+@dataclass(frozen=True)
+class Winkler(Checked, path="bodies", h=positive, E=positive, G=positive):
+    """A Winkler bedding (paper, 1.2): springs side by side on a rigid base, each of which feels its
+    own traction alone.
+
+    Pressure p compresses by ``h p/E``, a traction shears by ``h p/G``. In steady rolling that is
+    the simplified theory, with the flexibility h/G and a parabolic pressure below paraboloids.
+
+    Parameters
+    ----------
+    h : float
+        Length of the springs [length].
+    E, G : float
+        Moduli along the normal and along the surface [force/area].
+
+    Raises
+    ------
+    SceneError
+        For entries that are not positive and finite.
+
+    Examples
+    --------
+    >>> Winkler.of_layer(h=0.1, G=2.0, nu=0.25)
+    Winkler(h=0.1, E=6.0, G=2.0)
+    """
+
+    h: float
+    E: float
+    G: float
+
+    @classmethod
+    @checks.named_options()
+    def of_layer(cls, h: float, G: float, nu: float) -> Winkler:
+        """The bedding that a layer on a rigid base is in contacts far wider than it is thick: with
+        the modulus of uniaxial strain, ``E = 2 G (1 - nu)/(1 - 2 nu)``.
+
+        Parameters
+        ----------
+        h, G, nu : float
+            As of a `Layer`; Poisson's ratio in (-1, 0.5): without change of volume a layer is none.
+
+        Returns
+        -------
+        Winkler
+
+        Raises
+        ------
+        SceneError
+            For entries out of range.
+        """
+        nu = poisson_ratio("nu", nu)
+        if nu == 0.5:
+            raise SceneError(
+                "nu", nu, "below 0.5: a layer that keeps its volume gives way elsewhere"
+            )
+        G = positive("G", G)
+        return cls(h=h, E=2 * G * (1 - nu) / (1 - 2 * nu), G=G)
+
+
 class Stratified(ABC):
     """A body that changes with the depth alone, and gives its compliance by wave number itself."""
 
@@ -313,7 +372,7 @@ class Stratified(ABC):
         """The stack that gives its compliance by wave number, in units of G and a length."""
 
 
-Body = Bodies | Layered | Viscoelastic | Stratified
+Body = Bodies | Layered | Viscoelastic | Stratified | Winkler
 
 
 @dataclass(frozen=True)
@@ -342,10 +401,30 @@ class BodyPair:
             if isinstance(body, Bodies):
                 is_body = not isinstance(body.G, tuple) and not isinstance(body.nu, tuple)
             if not is_body:
-                allowed = 'Layered, Viscoelastic, Graded, Bodies with one G and one nu, or "rigid"'
+                allowed = (
+                    "Layered, Viscoelastic, Graded, Winkler, "
+                    'Bodies with one G and one nu, or "rigid"'
+                )
                 raise SceneError(f"bodies.{name}", body, allowed)
         if self.upper == self.lower == RIGID:
             raise SceneError("bodies", (RIGID, RIGID), "one body at least that is elastic")
+        if self.bedded and not all(
+            body == RIGID or isinstance(body, Winkler) for body in self.both
+        ):
+            given = tuple(type(body).__name__ for body in self.both)
+            raise SceneError("bodies", given, 'a Winkler bedding on another one or on "rigid"')
+
+    @property
+    def both(self) -> tuple[Body | str, Body | str]:
+        """The upper and the lower one."""
+        return self.upper, self.lower
+
+    @property
+    def bedded(self) -> bool:
+        """True where one of them is a Winkler bedding: displacements at a point are by the traction
+        there.
+        """
+        return any(isinstance(body, Winkler) for body in self.both)
 
     @property
     def surfaces(self) -> Bodies:
@@ -414,9 +493,9 @@ class BodyPair:
     @property
     def coupled(self) -> bool:
         """True where pressure and tractions depend on each other: unless the bodies are the
-        same.
+        same, or beddings.
         """
-        return self.upper != self.lower
+        return self.upper != self.lower and not self.bedded
 
     @property
     def grounded(self) -> bool:
@@ -427,7 +506,7 @@ class BodyPair:
             if isinstance(body, Layered):
                 rests = isinstance(body.base, str)
             else:
-                rests = isinstance(body, str)
+                rests = isinstance(body, str | Winkler)
             if not rests:
                 return False
         return True
@@ -446,7 +525,7 @@ def as_bodies(value: Any) -> Any:
     """Bodies of a scene, as given: one body stands for two of its kind, and a pair of half-spaces
     is `Bodies`.
     """
-    if isinstance(value, Layered | Viscoelastic | Stratified):
+    if isinstance(value, Layered | Viscoelastic | Stratified | Winkler):
         return BodyPair(value, value)
     if (
         not isinstance(value, tuple | list)
@@ -455,7 +534,7 @@ def as_bodies(value: Any) -> Any:
     ):
         return value
     pair = BodyPair(*value)
-    if any(isinstance(body, Layered | Viscoelastic | Stratified) for body in value):
+    if any(isinstance(body, Layered | Viscoelastic | Stratified | Winkler) for body in value):
         return pair
     return pair.surfaces
 
@@ -470,6 +549,8 @@ def materials(body: Body | str) -> list[tuple[float, float, Relaxations]]:
         return [(body.combined_G, body.combined_nu, ())]
     if isinstance(body, Viscoelastic):
         return [(body.G, body.nu, body.relaxations)]
+    if isinstance(body, Winkler):
+        return [(body.G, 0.0, ())]
     if isinstance(body, Stratified):
         return body.materials
     solids = [(layer.G, layer.nu, layer.relaxations or body.relaxations) for layer in body.layers]
