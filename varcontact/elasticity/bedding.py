@@ -12,7 +12,7 @@ from varcontact.transports import HERE, Stencil
 
 @dataclass(frozen=True)
 class Bedding:
-    """A medium of springs, with dimensionless compliances along the normal and along the surface."""
+    """A medium of springs, with dimensionless compliances along normal and surface."""
 
     normal: float
     tangential: float

@@ -50,8 +50,8 @@ class ShearLayer:
 def springs(
     lattice: Grid, rows: str, columns: str, stencil: Stencil, compliances: dict[str, float]
 ) -> GridOperator:
-    """Displacements by the tractions at the same place: compliances by component, linear between the
-    centres of elements.
+    """Displacements by tractions at the same place, linear between the centres of elements;
+    compliances by component.
     """
     ny, nx = lattice.shape
     table = np.zeros((len(rows), len(columns), 2 * ny - 1, 2 * nx - 1))
