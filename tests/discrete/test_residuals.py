@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import varcontact as vc
 from tests.scenes import refused
 from varcontact.discrete.certificate import certificate_of, force_bound
-from varcontact.discrete.contact_grid import known_grid
+from varcontact.discrete.contact_grid import PotentialContact
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.residuals import gap, normal_gap, normal_residual, tangential_residual
 from varcontact.discrete.state import ContactState
@@ -268,7 +268,7 @@ def test_no_force_bound_where_the_symmetric_part_is_not_positive_definite(
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.2 * a / 5)
     scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=vc.Grid(nx=10, ny=10))
-    grid = known_grid(scene)
+    grid = PotentialContact.of(scene).known
     pressure = scene.hertz.pressure(grid.x[None, :], grid.y[:, None])
     for field in (-0.2 * np.array([pressure, 0 * pressure]), np.zeros((2, *grid.shape))):
         certificate = vc.certify(scene, field)
@@ -286,7 +286,7 @@ def test_no_force_bound_even_where_the_gap_is_zero(rolling):
         motion=motion,
         grid=vc.Grid(nx=10, ny=10),
     )
-    grid = known_grid(scene)
+    grid = PotentialContact.of(scene).known
     disc = discretise(scene, grid)
     problem = disc.tangential_problem(
         scene.hertz.pressure(grid.x[None, :], grid.y[:, None]) / disc.scales.pressure

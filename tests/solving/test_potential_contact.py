@@ -7,6 +7,7 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import make_scene, refused
+from varcontact.discrete.contact_grid import PotentialContact
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving import on_grid
 from varcontact.solving.contact_solver import ContactSolver
@@ -272,3 +273,47 @@ def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_
     assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
     assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)
     assert near.iterations["tangential"] < alone.iterations["tangential"]
+
+
+# ---------------------------------------------------------------------- Decided once, in the plan
+
+
+@pytest.mark.parametrize(
+    ("changes", "placed"),
+    [
+        ({}, True),
+        ({"grid": vc.Grid(nx=8, ny=8, dx=0.4, dy=0.4, x0=-1.6, y0=-1.6)}, True),
+        ({"bodies": vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))}, True),
+        ({"motion": vc.Transient(steps=3, vx=1e-3)}, True),
+    ],
+)
+def test_the_plan_has_the_grid_of_the_solution(rolling, changes, placed):
+    """Where it is known before: the same lattice, to the bit."""
+    scene = rolling(**{"grid": vc.Grid(nx=9, ny=7), **changes})
+    potential = vc.plan(scene).grid
+    assert (potential.placed is not None) == placed
+    assert potential.form.nx == scene.grid.nx
+    answer = vc.solve(scene)
+    if not scene.coupled:
+        assert vars(potential.placed) == vars(answer.grid)
+
+
+def test_a_scene_is_asked_for_its_grid_once(rolling, monkeypatch):
+    """By the plan; search, enlargement and solution take it from there."""
+    asked, of = [], PotentialContact.of
+    monkeypatch.setattr(PotentialContact, "of", lambda scene: asked.append(scene) or of(scene))
+    places = np.linspace(-2, 2, 41)
+    samples = (places**2 + places[:, None] ** 2) / 2
+    surface = vc.SampledDistance(samples, x=places, y=places)
+    scene = rolling(surface=surface, grid=vc.Grid(nx=8, ny=8))
+    vc.solve(scene)
+    assert len(asked) == 1 and asked[0] is scene
+
+
+def test_files_have_plans_without_grids(rolling, tmp_path):
+    """A solution has its grid; plans are the same before and after."""
+    sol = vc.solve(rolling(grid=vc.Grid(nx=8, ny=8)))
+    assert "grid" not in sol.plan.summary()
+    sol.save(tmp_path / "sol.nc")
+    loaded = vc.load(tmp_path / "sol.nc")
+    assert loaded.plan == sol.plan and loaded.plan.grid is None

@@ -5,13 +5,13 @@ that goes on.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.scene.consistency import bodies_apart
-from varcontact.scene.grid import Cells, Grid, usual_grid
+from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.interpolation import how_to_smooth
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
@@ -26,44 +26,106 @@ HISTORY_MARGIN = 0.1
 bodies during a history."""
 
 
-def wanted_grid(scene: Scene) -> Grid:
-    """The grid that a scene asks for, in its own form."""
-    spec = _spec(scene)
-    need("a grid of this size", 400.0 * math.prod(shape_with_margin(spec)), SMALLER)
-    return spec
+@dataclass(frozen=True, eq=False)
+class PotentialContact:
+    """The grid of a scene, decided before anything is solved.
 
-
-def shape_with_margin(spec: Grid) -> tuple[int, int]:
-    """Rows and columns of elements, with the margin of a grid that is not placed yet."""
-    if spec.explicit:
-        return spec.rows, spec.nx
-    if spec.line:
-        return spec.rows, spec.nx + 2 * spec.margin
-    return spec.rows + 2 * spec.margin, spec.nx + 2 * spec.margin
-
-
-def known_grid(scene: Scene) -> Grid:
-    """The grid of a scene as far as it is known without a solution: of samples with coordinates not
-    where it lies.
+    `form`: the number of elements across the contact, with the margin that it needs to move in; or
+    the explicit grid of the scene. `placed`: where that lies, None where the contact has to be
+    looked for.
     """
-    spec = wanted_grid(scene)
-    if spec.explicit or scene.hertz is None:
-        return spec
-    a = scene.hertz.a
-    b = scene.hertz.b
-    return spec.spread((-a, a, -b, b))
+
+    form: Grid
+    placed: Grid | None
+    surface: Surface
+    hertzian: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> PotentialContact:
+        """The potential contact of a scene."""
+        form = _with_room_to_move(scene)
+        hertz = scene.hertz
+        placed = None
+        if form.explicit:
+            placed = form
+        elif hertz is not None:
+            placed = form.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
+        return cls(form, placed, scene.surface, hertz is not None)
+
+    @property
+    def known(self) -> Grid:
+        """The grid as far as it is known without a solution; `TooLarge` for one that does not fit
+        into memory.
+        """
+        self.check_size()
+        if self.placed is None:
+            return self.form
+        return self.placed
+
+    def check_size(self) -> None:
+        """Refuse a grid that does not fit into memory."""
+        elements = math.prod(shape_with_margin(self.form))
+        need("a grid of this size", 400.0 * elements, SMALLER)
+
+    def around(self, box: Box) -> Grid:
+        """The grid across a contact, without elements beyond the samples of a surface."""
+        return within(self.form.spread(box), self.surface)
+
+    def closer(self, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:
+        """A grid that lies closer around the contact, where the number of elements across it is
+        not met.
+
+        Hertzian contacts are where they are expected, unless `any_surface` says that tractions may
+        have moved them.
+        """
+        if self.form.explicit or (self.hertzian and not any_surface):
+            return None
+        columns, rows = across(pressure)
+        if columns >= 0.93 * self.form.nx and rows >= 0.93 * self.form.rows:
+            return None
+        return self.around(contact_box(grid, pressure))
+
+    def enlarged(self, grid: Grid, pressure: np.ndarray, overlap: Box, more: float = 0.0) -> Grid:
+        """A grid that contains the overlap found outside, with the number of elements across the
+        contact.
+
+        Where the contact went beyond a side, the grid goes on by `more` of the contact's length: of
+        a contact that tractions move, only the next elements are known.
+        """
+        if self.form.explicit or holds(grid, overlap):
+            raise beyond(self.surface, grid, overlap)
+        surface = self.surface
+        if isinstance(surface, SampledDistance) and clipped(overlap, surface) != overlap:
+            allowed = "a larger region: the contact reaches the edge of the samples"
+            raise SceneError("surface", _rounded(surface.box, grid.line), allowed)
+        inner = np.array(contact_box(grid, pressure))
+        outer = np.array(overlap)
+        outwards = np.array([-1, 1, -1, 1])
+        room = outwards * more * np.repeat(np.diff(inner)[::2], 2)
+        sides = np.where(outwards * (outer - inner) > 0, outer + room, inner)
+        left, right, bottom, top = sides.tolist()
+        return self.around((left, right, bottom, top))
 
 
-def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
+def shape_with_margin(form: Grid) -> tuple[int, int]:
+    """Rows and columns of elements, with the margin of a grid that is not placed yet."""
+    if form.explicit:
+        return form.rows, form.nx
+    if form.line:
+        return form.rows, form.nx + 2 * form.margin
+    return form.rows + 2 * form.margin, form.nx + 2 * form.margin
+
+
+def common_grid(scene: Scene, potential: PotentialContact, grids: list[Grid]) -> Grid:
     """One grid for the contacts of a history without tractions: the scene's number of elements
     across all of them.
     """
-    spec = _spec(scene)
-    margin = given_grid(scene).margin
-    if len(grids) == 1 and spec.margin == margin:
+    form = potential.form
+    margin = scene.own_grid.margin
+    if len(grids) == 1 and form.margin == margin:
         return grids[0]
     margin_rows = 0
-    if not spec.line:
+    if not form.line:
         margin_rows = margin
     contacts = [
         grid.window(margin, grid.nx - margin, margin_rows, grid.rows - margin_rows)
@@ -72,38 +134,20 @@ def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
     boxes = np.array([contact.box for contact in contacts])
     left, bottom = boxes[:, [0, 2]].min(axis=0)
     right, top = boxes[:, [1, 3]].max(axis=0)
-    grid = spec.spread((float(left), float(right), float(bottom), float(top)))
+    grid = form.spread((float(left), float(right), float(bottom), float(top)))
     for surface in scene.surfaces:
         grid = within(grid, surface)
     return grid
 
 
-def fitted(
-    scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = False
-) -> Grid | None:
-    """A grid that lies closer around the contact, where the scene's number of elements across it is
-    not met.
-
-    Hertzian contacts are where they are expected, unless `any_surface` says that tractions may have
-    moved them.
-    """
-    spec = _spec(scene)
-    if spec.explicit or (scene.hertz is not None and not any_surface):
-        return None
-    columns, rows = across(pressure)
-    if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.rows:
-        return None
-    return within(spec.spread(contact_box(grid, pressure)), scene.surface)
-
-
-def _spec(scene: Scene) -> Grid:
-    """The grid in the scene's own form, with the margin that the contact needs to move in."""
-    spec = given_grid(scene)
+def _with_room_to_move(scene: Scene) -> Grid:
+    """The scene's grid with the margin in which the contact of a history moves."""
+    form = scene.own_grid
     motion = scene.motion
-    if spec.explicit or not isinstance(motion, Transient):
-        return spec
-    elements = max(spec.nx, spec.rows)
-    margin = spec.margin
+    if form.explicit or not isinstance(motion, Transient):
+        return form
+    elements = max(form.nx, form.rows)
+    margin = form.margin
     # heights move and widen the contact
     hertz = scene.hertz
     if hertz is not None and motion.height_range > 0:
@@ -112,13 +156,7 @@ def _spec(scene: Scene) -> Grid:
     # so do tractions of unlike bodies
     if scene.coupled and not scene.frictionless:
         margin += math.ceil(HISTORY_MARGIN * elements)
-    return replace(spec, margin=margin)
-
-
-def given_grid(scene: Scene) -> Grid:
-    if isinstance(scene.grid, Grid):
-        return scene.grid
-    return usual_grid(scene.line)
+    return replace(form, margin=margin)
 
 
 def across(pressure: np.ndarray) -> tuple[int, int]:
@@ -126,47 +164,32 @@ def across(pressure: np.ndarray) -> tuple[int, int]:
     return int(contact.any(axis=0).sum()), int(contact.any(axis=1).sum())
 
 
-def enlarged(
-    scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more: float = 0.0
-) -> Grid:
-    """A grid that contains the overlap found outside, with the scene's number of elements across
-    the contact.
-
-    Where the contact went beyond a side, the grid goes on by `more` of the contact's length: of a
-    contact that tractions move, only the next elements are known.
-    """
-    spec = _spec(scene)
+def holds(grid: Grid, overlap: Box) -> bool:
+    """True if an overlap lies within a grid."""
     left, right, bottom, top = grid.box
-    if left < overlap[0] and overlap[1] < right and bottom < overlap[2] and overlap[3] < top:
+    inside = left < overlap[0] and overlap[1] < right
+    return inside and bottom < overlap[2] and overlap[3] < top
+
+
+def beyond(surface: Surface, grid: Grid, overlap: Box) -> SceneError:
+    """The error where a contact goes on outside an explicit grid, or falls between the elements."""
+    if holds(grid, overlap):
         place = _place((overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2, grid.line)
         message = (
             f"grid is too coarse: the contact at {place} falls between the centres of the elements"
         )
-        raise TooCoarse("grid", grid, message=message + if_noise(scene, grid))
-    if spec.explicit:
-        remedy = "make it larger, or, where a body ends, add elements with a large distance"
-        message = (
-            f"{_not_containing(grid)}, which extends to {_rounded(overlap, grid.line)}; {remedy}"
-        )
-        raise SceneError("grid", _rounded(grid.box, grid.line), message=message)
-    surface = scene.surface
-    if isinstance(surface, SampledDistance) and clipped(overlap, surface) != overlap:
-        allowed = "a larger region: the contact reaches the edge of the samples"
-        raise SceneError("surface", _rounded(surface.box, grid.line), allowed)
-    inner = np.array(contact_box(grid, pressure))
-    outer = np.array(overlap)
-    outwards = np.array([-1, 1, -1, 1])
-    room = outwards * more * np.repeat(np.diff(inner)[::2], 2)
-    sides = np.where(outwards * (outer - inner) > 0, outer + room, inner)
-    left, right, bottom, top = sides.tolist()
-    return within(spec.spread((left, right, bottom, top)), surface)
+        return TooCoarse("grid", grid, message=message + if_noise(surface, grid))
+    remedy = "make it larger, or, where a body ends, add elements with a large distance"
+    extends = f"which extends to {_rounded(overlap, grid.line)}; {remedy}"
+    message = f"{_not_containing(grid)}, {extends}"
+    return SceneError("grid", _rounded(grid.box, grid.line), message=message)
 
 
-def if_noise(scene: Scene, grid: Grid) -> str:
+def if_noise(surface: Surface, grid: Grid) -> str:
     """Advice against noise, where samples have a summit between the elements, or no grid holds
     their contact.
     """
-    if not isinstance(scene.surface, SampledDistance) or scene.surface.x is None:
+    if not isinstance(surface, SampledDistance) or surface.x is None:
         return ""
     side = grid.sides[0]
     if not grid.line:

@@ -307,7 +307,7 @@ def _identity(stored: Stored) -> tuple[str, bytes]:
     """What has to be the same where a history goes on: scene, methods and settings, and the start
     of its bodies.
     """
-    methods = {name: value for name, value in vars(stored.plan).items() if name != "reasons"}
+    methods = {name: value for name, value in stored.plan.record().items() if name != "reasons"}
     start = getattr(stored.scene.motion, "start", None)
     known = []
     if start is not None:

@@ -28,7 +28,6 @@ import re
 import zlib
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -116,7 +115,7 @@ def step_to_bytes(
     file.layout = LAYOUT.format(0, 0, NO_DIGEST)
     file.scene = json.dumps(scene_to(scene))
     file.grid = json.dumps(vars(sol.grid))
-    file.plan = json.dumps(asdict(plan))
+    file.plan = json.dumps(plan.record())
     file.settings = json.dumps(settings)
     length = RECORD
     if plan.loops or scene.under_law or sol.error_estimate is not None:

@@ -6,7 +6,7 @@ import hashlib
 import io
 import json
 from collections.abc import Container, Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -83,7 +83,7 @@ def dataset(sol: Solution) -> xr.Dataset:
     rest = {
         "scene": scene_to(sol.scene),
         "grid": vars(sol.grid),
-        "plan": asdict(sol.plan),
+        "plan": sol.plan.record(),
         **record,
     }
     variables["record"] = (

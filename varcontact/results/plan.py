@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
+from varcontact.discrete.contact_grid import PotentialContact
 from varcontact.discrete.state import cells_of
 from varcontact.html import Reported, in_rows
 from varcontact.scene.grid import Cells
@@ -144,6 +145,9 @@ class Plan(Reported):
     doubts : tuple of str
         Likely mistakes in the scene, see `Scene.doubts`; of `varcontact.plan`
         only.
+    grid : PotentialContact, optional
+        Number of elements across the contact, and the grid as far as it is
+        known without a solution; None of a plan from a file.
     """
 
     normal: str
@@ -161,6 +165,7 @@ class Plan(Reported):
     method: str = "auto"
     costs: tuple[Cost, ...] = field(default=(), compare=False)
     doubts: tuple[str, ...] = field(default=(), compare=False)
+    grid: PotentialContact | None = field(default=None, compare=False)
 
     @property
     def closed_form(self) -> bool:
@@ -236,10 +241,24 @@ class Plan(Reported):
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints
         it.
         """
-        record: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        record: dict[str, Any] = json.loads(json.dumps(self.record()))
         if self.sizes is not None:
             record["sizes"]["peak"] = self.sizes.peak
         return record
+
+    def record(self) -> dict[str, Any]:
+        """The plan as files have it: without its grid, which a solution has."""
+        return {
+            name: value
+            for name, value in asdict(replace(self, grid=None)).items()
+            if name != "grid"
+        }
+
+    @property
+    def potential_contact(self) -> PotentialContact:
+        """The grid of a plan that was made for a scene."""
+        assert self.grid is not None
+        return self.grid
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Plan:

@@ -273,13 +273,19 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             raise SceneError(
                 "motion", self.motion, "Steady: only its slip is a difference in space"
             )
-        grid = usual_grid(self.line)
-        if isinstance(self.grid, Grid):
-            grid = self.grid
         edge: Edge = "softened"
         if consistency.why_centres(self):
             edge = "centres"
-        return replace(self, motion=self.motion.second_order(), grid=replace(grid, edge=edge))
+        return replace(
+            self, motion=self.motion.second_order(), grid=replace(self.own_grid, edge=edge)
+        )
+
+    @property
+    def own_grid(self) -> Grid:
+        """The grid that is given, or the usual one."""
+        if isinstance(self.grid, Grid):
+            return self.grid
+        return usual_grid(self.line)
 
     @lazy_property
     def hertz(self) -> HertzContact | None:

@@ -23,7 +23,6 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import given_grid
 from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
@@ -458,7 +457,7 @@ def _size(scene: Scene, options: SolveOptions, n: float) -> tuple[int, float]:
     steps of two histories.
     """
     on_grid = gridded(scene, options.plan.closed_form, math.ceil(n))
-    elements = given_grid(on_grid).size
+    elements = on_grid.own_grid.size
     plan = options.plan_for(on_grid)
     solving = 0.0
     if not plan.closed_form:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import common_grid, given_grid, known_grid, shape_with_margin
+from varcontact.discrete.contact_grid import PotentialContact, common_grid, shape_with_margin
 from varcontact.elasticity.operators import edge_compliance
 from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
@@ -160,7 +160,8 @@ def _grid_of_history(scene: Scene[Transient]) -> Grid | None:
     if grid.explicit:
         return grid
     try:
-        return common_grid(scene, [known_grid(each) for each in largest_contacts(scene)])
+        grids = [PotentialContact.of(each).known for each in largest_contacts(scene)]
+        return common_grid(scene, PotentialContact.of(scene), grids)
     except NoContact:  # which `solve` says of it
         return None
 
@@ -399,7 +400,7 @@ def _columns_of_hertz(scenes: list[Scene]) -> list[list[float]]:
 
 def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     """A scene as one of a batch, or None where its grid is not for one."""
-    grid = given_grid(scene)
+    grid = scene.own_grid
     motion = scene.motion
     shape = shape_with_margin(grid)
     most = MOST_IN_LINE if grid.line else MOST_ELEMENTS
@@ -452,7 +453,7 @@ def _softened(grid: Grid | None) -> np.ndarray | None:
 
 def _elements(scene: Scene, hertz: HertzContact) -> tuple[np.ndarray, ...]:
     """Sides, x and y of the elements, and their parts of the load."""
-    grid = given_grid(scene)
+    grid = scene.own_grid
     a = hertz.a
     b = hertz.b
     if not grid.explicit:

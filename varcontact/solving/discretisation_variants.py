@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from varcontact import checks
-from varcontact.discrete.contact_grid import given_grid
 from varcontact.errors import SceneError
 from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import steps_that_count, values
@@ -152,7 +151,7 @@ class Way:
         """
         if self.accuracy is not None:
             return scene
-        margin = given_grid(scene).margin
+        margin = scene.own_grid.margin
         if scene.line:
             grid = Grid(nx=STRIPS * cells, margin=margin, edge=self.edge)
         else:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.contact_grid import known_grid, no_element_in_contact
+from varcontact.discrete.contact_grid import PotentialContact, no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
@@ -113,7 +113,7 @@ class FrictionProblem:
         l : ndarray, shape (k,)
         """
         checks.kind("solution", solution, Solution)
-        disc = discretise(self.scene, known_grid(self.scene))
+        disc = discretise(self.scene, PotentialContact.of(self.scene).known)
         if vars(solution.grid) != vars(disc.grid):
             raise SceneError("solution", "another grid", "of the problem's own scene and grid")
         r = self._rows([solution.pressure, *solution.traction]) / self.scales["traction"]
@@ -254,7 +254,7 @@ def friction_problem(scene: Scene) -> FrictionProblem:
     checks.kind("scene", scene, Scene)
     _check_coulomb(scene)
     check_placed(scene, "for a problem without a solution")
-    disc = discretise(scene, known_grid(scene))
+    disc = discretise(scene, PotentialContact.of(scene).known)
     normal = disc.normal_problem()
     elements = normal.reachable().operator.elements
     if elements.size == 0:

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import (
     ContactState,
@@ -42,11 +41,12 @@ def without_friction(scene: Scene) -> Scene:
     return replace(scene, motion=None, friction=None)
 
 
-def contact_under(scene: Scene, pressure: np.ndarray | None) -> tuple[Discretisation, ContactState]:
+def contact_under(
+    scene: Scene, grid: Grid, pressure: np.ndarray | None
+) -> tuple[Discretisation, ContactState]:
     """The contact under a pressure [force/area], on the parts of its elements where these count in
     part; under Hertz's where none is given.
     """
-    grid = known_grid(scene)
     disc = discretise(scene, grid)
     if pressure is None:
         return disc, hertz_pressure(disc, unloaded(grid))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.checks import file_name
-from varcontact.discrete.contact_grid import common_grid, wanted_grid
+from varcontact.discrete.contact_grid import PotentialContact, common_grid
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 from varcontact.io.history import Stored
 from varcontact.results.history import History, heat_before, heat_of
@@ -50,8 +50,9 @@ def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
             grid = stored.grid if len(stored) else _grid(scene, solver)
             history = History(scene, grid, stored, settings)
             return _solved(history, stored.put, solver, options.progress)
-    grid = wanted_grid(scene)
-    taken = bytes_of_steps(scene.motion, grid.nx * grid.rows)
+    potential = solver.plan.potential_contact
+    potential.check_size()
+    taken = bytes_of_steps(scene.motion, potential.form.nx * potential.form.rows)
     need("the history in memory", taken, "with store = a file, the steps are kept there")
     steps = list[Solution]()
     history = History(scene, _grid(scene, solver), steps, settings)
@@ -125,13 +126,14 @@ def _grid(scene: Scene[Transient], solver: ContactSolver) -> Grid:
     if start is not None and scene.grid == "auto" and not interpolate:
         centres = start.grid.edge == "centres" or solver.plan.coupling != "none"
         return replace(start.grid, edge="centres" if centres else "touched")
-    plan = replace(solver.plan, tangential="none", coupling="none")
     grids = []
     for each in largest_contacts(scene):
+        alone = PotentialContact.of(each)
+        plan = replace(solver.plan, tangential="none", coupling="none", grid=alone)
         disc, _ = solve_contact(each, replace(solver, plan=plan, stats=SolveStats()))
         disc.operators.forget()
         grids.append(disc.grid)
-    grid = common_grid(scene, grids)
+    grid = common_grid(scene, solver.plan.potential_contact, grids)
     if start is not None and not interpolate and np.allclose(start.grid.sides, grid.sides, 1e-9):
         # the same lattice, with more or less room around
         return replace(start.grid, edge=grid.edge)

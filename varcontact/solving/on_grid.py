@@ -176,7 +176,7 @@ def solve_contact(
         if not (coupled and contacts > 0):
             with solver.stats.stage("grid"):
                 closer = attempt < CLOSER_GRIDS_MAX
-                next_grid = adjust(scene, disc, state, closer, solver.plan.closed_form)
+                next_grid = adjust(solver.plan, disc, state, closer)
 
         # the tractions, on a grid that holds it; of unlike bodies they move the contact
         if next_grid is None:
@@ -188,7 +188,7 @@ def solve_contact(
             if coupled:
                 with solver.stats.stage("grid"):
                     closer = 0 < contacts <= CLOSER_GRIDS_MAX
-                    next_grid = adjust(scene, disc, state, closer, with_tractions=True)
+                    next_grid = adjust(solver.plan, disc, state, closer, with_tractions=True)
             contacts += 1
         if next_grid is None:
             break
@@ -199,7 +199,7 @@ def solve_contact(
         message = (
             "grid: no potential contact was found that holds the contact; give an explicit grid"
         )
-        message += contact_grid.if_noise(scene, grid)
+        message += contact_grid.if_noise(scene.surface, grid)
         raise SceneError("grid", scene.grid, "explicit", message=message)
     if not disc.conformal:
         return disc, state
@@ -255,21 +255,22 @@ def place(
     A Hertzian contact has its ellipse, and other bodies begin with that of half-spaces as soft. The
     contact of sampled distances is searched for, or it is where the initial guess has it.
     """
-    spec = contact_grid.known_grid(scene)
+    potential = solver.plan.potential_contact
+    known = potential.known
     surface = scene.surface
     if initial_guess is not None and not solver.plan.closed_form:
-        if spec.explicit:
-            return spec, initial_guess
+        if known.explicit:
+            return known, initial_guess
         box = contact_grid.contact_box(initial_guess.grid, initial_guess.pressure)
-        return contact_grid.within(spec.spread(box), surface), initial_guess
-    if spec.explicit:
-        return spec, None
+        return potential.around(box), initial_guess
+    if known.explicit:
+        return known, None
     if isinstance(surface, SampledDistance):
         return _coarse_search(scene, surface, solver)
     assert isinstance(scene.bodies, BodyPair)
     if isinstance(surface, Cylinders) and scene.approach is not None:
         half = math.sqrt(2 * surface.R * scene.approach)
-        return spec.spread((-half, half, -math.inf, math.inf)), None
+        return known.spread((-half, half, -math.inf, math.inf)), None
     hertz = Scene(
         bodies=scene.bodies.softest,
         surface=surface,
@@ -277,7 +278,7 @@ def place(
         approach=scene.approach,
     ).hertz
     assert hertz is not None
-    return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
+    return known.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
 
 
 def _coarse_search(
@@ -314,33 +315,33 @@ def _coarse_search(
             break
         around = contact_grid.contact_box(grid, state.pressure, around=1)
         box = contact_grid.clipped(around, surface)
-    spec = contact_grid.known_grid(scene)
     box = contact_grid.contact_box(grid, state.pressure)
-    return contact_grid.within(spec.spread(box), surface), last_contact
+    return plan.potential_contact.around(box), last_contact
 
 
 def adjust(
-    scene: Scene,
+    plan: Plan,
     disc: Discretisation,
     state: ContactState,
     closer: bool,
-    closed_form: bool = False,
     with_tractions: bool = False,
 ) -> Grid | None:
     """A larger grid where the contact goes on outside, or a `closer` one where it has few elements;
     None: it fits.
     """
-    if closed_form and not contact_grid.given_grid(scene).explicit:
+    potential = plan.potential_contact
+    closed_form = plan.closed_form and not with_tractions
+    if closed_form and not potential.form.explicit:
         return None  # placed around Hertz's contact
     overlap = outside(disc, state, closed_form)
     if overlap is not None:
         more = 0.0
         if with_tractions:
             more = ROOM
-        return contact_grid.enlarged(scene, disc.grid, state.pressure, overlap, more)
+        return potential.enlarged(disc.grid, state.pressure, overlap, more)
     if not closer:
         return None
-    return contact_grid.fitted(scene, disc.grid, state.pressure, any_surface=with_tractions)
+    return potential.closer(disc.grid, state.pressure, any_surface=with_tractions)
 
 
 @dataclass(frozen=True, eq=False)

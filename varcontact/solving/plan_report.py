@@ -9,11 +9,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.contact_grid import (
-    enlarged,
-    known_grid,
     no_element_in_contact,
     shape_with_margin,
-    wanted_grid,
 )
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.penetration import outside
@@ -145,7 +142,9 @@ def check_planned(planned: Plan) -> None:
 
 def _sizes(scene: Scene, plan: Plan) -> Sizes:
     history = isinstance(scene.motion, Transient)
-    grid = wanted_grid(scene) if history else known_grid(scene)
+    grid = plan.potential_contact.known
+    if history:
+        grid = plan.potential_contact.form
     shape = shape_with_margin(grid)
     placed = grid.explicit and not history
     exact = plan.closed_form and placed
@@ -199,7 +198,7 @@ def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
     state = hertz_pressure(disc, unloaded(grid))
     overlap = outside(disc, state, closed_form=True)
     if overlap is not None:
-        enlarged(scene, grid, state.pressure, overlap)
+        plan.potential_contact.enlarged(grid, state.pressure, overlap)
     return np.asarray(state.pressure > 0)
 
 

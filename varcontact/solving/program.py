@@ -12,7 +12,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import certificate_of
-from varcontact.discrete.contact_grid import known_grid, no_element_in_contact
+from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid, discretise
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.state import ContactState, cells_of, divided, means, unloaded
@@ -431,7 +431,7 @@ def _of_pressures(scene: Scene, formulation: str) -> Program:
         notes.append(f"no tractions, which would change the pressure ({scene.difference})")
     scene = without_friction(scene)
     plan = select(scene, Methods(normal="clarabel"))
-    disc = discretise(scene, known_grid(scene))
+    disc = discretise(scene, plan.potential_contact.known)
     cells = plan.cells(scene)
     lattice = disc
     if cells != (1, 1):
@@ -459,7 +459,7 @@ def _of_tractions(scene: Scene, formulation: str, pressure: np.ndarray | None) -
         normal = "clarabel"
     methods = Methods(normal=normal, tangential="clarabel", coupling="johnson")
     plan = select(scene, methods)
-    disc, state = contact_under(scene, pressure)
+    disc, state = contact_under(scene, plan.potential_contact.known, pressure)
     notes = _held_fixed(scene, disc)
     posed = disc.tangential_problem(state.pressure)
     if posed.size == 0:

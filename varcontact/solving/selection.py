@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from varcontact.checks import Checked, choice, kind
-from varcontact.discrete.contact_grid import given_grid, wanted_grid
+from varcontact.discrete.contact_grid import PotentialContact
 from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
@@ -249,6 +249,7 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
         allowed = "Steady, Shift or Transient: complex amplitudes are given by solve(scene) alone"
         raise SceneError("motion", scene.motion, allowed)
     _check_solvers(scene, methods)
+    grid = PotentialContact.of(scene)
 
     # the methods, each with its reason
     preset = _preset(scene, methods)
@@ -278,6 +279,7 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
         motion=_kind_of_motion(scene, plan),
         friction=_kind_of_friction(scene, plan),
         special=tuple(special),
+        grid=grid,
     )
 
 
@@ -612,7 +614,7 @@ def elements_in_contact(scene: Scene) -> tuple[float, float]:
     """About the number of elements in contact, and their length along x; zero where that is not
     known.
     """
-    grid = given_grid(scene)
+    grid = scene.own_grid
     # each step of a history has its own
     hertz = None if isinstance(scene.motion, Transient) else scene.hertz
     if not grid.explicit:
@@ -655,7 +657,7 @@ def check_fits(scene: Scene, plan: Plan) -> None:
     """Refuse a contact that is known not to fit into memory before any work; of others each problem
     as it is posed.
     """
-    wanted_grid(scene)
+    plan.potential_contact.check_size()
     if plan.closed_form and plan.solves and not isinstance(scene.motion, Transient):
         unknowns = tangential_unknowns(scene, plan, elements_in_contact(scene)[0])
         check_memory("tangential", plan.solver_of("tangential"), plan.formulation, unknowns)

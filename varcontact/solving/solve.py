@@ -303,7 +303,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     checks.kind("scene", scene, Scene)
     _check_certifiable(scene)
     plan = select(scene, Methods(normal="hertz" if pressure is None else "clarabel"))
-    disc, state = contact_under(scene, pressure)
+    disc, state = contact_under(scene, plan.potential_contact.known, pressure)
     scale = disc.scales.pressure
     shape = (2, *disc.grid.shape)
     state = replace(state, traction=field_of("traction", traction, shape, scale) / scale)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate, ForceBounds
-from varcontact.discrete.contact_grid import enlarged, interpolated, sampled
+from varcontact.discrete.contact_grid import beyond, interpolated, sampled
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of, medium_on
@@ -392,8 +392,7 @@ class TimeStepping:
         with steps.stats.stage("grid"):
             overlap = outside(disc, state, steps.plan.closed_form)
         if overlap is not None:
-            # always an error: the step's grid is explicit
-            enlarged(scene, disc.grid, state.pressure, overlap)
+            raise beyond(scene.surface, disc.grid, overlap)
         solution = finish(scene, disc, state, steps)
         if not steps.plan.has_friction:
             return solution

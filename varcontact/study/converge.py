@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.contact_grid import Box, contact_box, given_grid, within
+from varcontact.discrete.contact_grid import Box, contact_box, within
 from varcontact.errors import SceneError, SolverUnavailable, TooLarge
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import Shift, Steady
@@ -285,7 +285,7 @@ def _staircase(scene: Scene) -> dict[str, float]:
     proportional to them. Nothing, where every element that the ellipse touches is in contact.
     """
     hertz = scene.hertz
-    grid = given_grid(scene)
+    grid = scene.own_grid
     if hertz is None or grid.edge != "centres":
         return {}
     x, y = np.meshgrid(grid.x / hertz.a, grid.y / hertz.b)

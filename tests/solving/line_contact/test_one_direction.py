@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import varcontact as vc
 from tests.scenes import make_scene, refused
 from varcontact.discrete.certificate import force_bound
-from varcontact.discrete.contact_grid import known_grid
+from varcontact.discrete.contact_grid import PotentialContact
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
@@ -55,7 +55,7 @@ def in_full(motion, other):
 
 def posed(motion, marching=False, **changes):
     described = scene(motion=motion, **changes)
-    disc = discretise(described, known_grid(described))
+    disc = discretise(described, PotentialContact.of(described).known)
     return disc.tangential_problem(
         hertz_pressure(disc, unloaded(disc.grid)).pressure, marching=marching
     )
