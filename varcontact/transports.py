@@ -15,6 +15,8 @@ from typing import Protocol
 
 import numpy as np
 
+from varcontact.system.process import lazy_property
+
 Stencil = tuple[tuple[float, float], ...]
 """Distances ahead at which displacements are taken, and their weights."""
 
@@ -72,7 +74,7 @@ class SteadyRolling:
     difference: str = "first-order"
     repeats = True
 
-    @property
+    @lazy_property
     def stencil(self) -> Stencil:
         return tuple(
             (ahead * self.distance, weight) for ahead, weight in DIFFERENCES[self.difference]

@@ -8,6 +8,7 @@ may also flow along the traction. The proximal map of phi is that of the size
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,11 +23,11 @@ def magnitude(vectors: np.ndarray) -> np.ndarray:
     """Lengths of vectors (c, ...), with scaled components where their squares overflow."""
     if len(vectors) == 1:
         return np.abs(vectors[0])
-    with np.errstate(over="ignore"):
-        size = np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
-    if np.isfinite(size.max(initial=0.0)):
+    x, y = vectors
+    if math.isfinite(np.vdot(vectors, vectors)):
+        size: np.ndarray = np.sqrt(x * x + y * y)
         return size
-    return np.asarray(np.hypot(vectors[0], vectors[1]))
+    return np.asarray(np.hypot(x, y))
 
 
 def project(trial: np.ndarray, bound: np.ndarray) -> np.ndarray:
