@@ -70,6 +70,17 @@ def layered_field_below(
     return _field(fields, np.broadcast_to(depths[:, None, None], fields.shape[1:]), stack)
 
 
+def layered_element_stresses(
+    x: np.ndarray, y: np.ndarray, depth: float, grid: Grid, stack: Stack
+) -> np.ndarray:
+    """Stresses (3 tractions, 3, 3, y, x) at one depth by unit tractions on one element of a
+    grid.
+    """
+    fields = _element_fields(stack, depth, grid, x, y[:, None])
+    at = np.full((1, 1), depth)
+    return np.stack([_field(fields[:, load], at, stack).stress for load in range(3)])
+
+
 def _field(fields: np.ndarray, depths: np.ndarray, stack: Stack) -> ElasticField:
     """Displacement, gradient and, by Hooke's law, stress, from displacements, gradients and
     sigma_zz (13, ...).

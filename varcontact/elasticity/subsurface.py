@@ -35,6 +35,7 @@ from varcontact.elasticity.potentials import KINDS, exchanged, lattice_potential
 from varcontact.scene.grid import Grid
 from varcontact.system.process import one_blas_thread
 
+Y_FIRST = [1, 0, 2]
 _PAIRS_AT_ONCE = 8192  # of points and elements: the intermediate arrays stay in the cache
 
 
@@ -176,24 +177,51 @@ _Sum = Callable[[str], Any]
 def _combined(sums: np.ndarray, z: np.ndarray | float, G: float, nu: float) -> ElasticField:
     """The field from the sums of the potentials' derivatives by each of the three tractions."""
 
-    def by_load(load: int, exchange: bool = False) -> _Sum:
-        named = dict(zip(KINDS, sums[:, load], strict=True))
-        named["phi"] = -(named["omega_xx"] + named["omega_yy"])  # all three are harmonic
-        named["phi_z"] = -(named["chi_xx"] + named["chi_yy"])
-        named["phi_zz"] = -(named["phi_xx"] + named["phi_yy"])
-        named["chi_xxx"] = -(named["phi_xz"] + named["chi_xyy"])
-        named["chi_yyy"] = -(named["phi_yz"] + named["chi_xxy"])
-        if exchange:
-            return lambda kind: named[exchanged(kind)]
-        return lambda kind: named[kind]
-
-    along_x = _tangential(by_load(0), z, nu)
-    along_y = _tangential(by_load(1, exchange=True), z, nu)
-    y_first = [1, 0, 2]
-    turned = (along_y[0][y_first], along_y[1][y_first][:, y_first], along_y[2][y_first][:, y_first])
-    down = _normal(by_load(2), z, nu)
+    along_x = _tangential(_by_kind(sums[:, 0]), z, nu)
+    along_y = _tangential(_by_kind(sums[:, 1], exchange=True), z, nu)
+    turned = (along_y[0][Y_FIRST], along_y[1][Y_FIRST][:, Y_FIRST], _turned(along_y[2]))
+    down = _normal(_by_kind(sums[:, 2]), z, nu)
     u, gradient, stress = (x + y + z for x, y, z in zip(along_x, turned, down, strict=True))
     return ElasticField(u / (4 * np.pi * G), gradient / (4 * np.pi * G), stress / (2 * np.pi))
+
+
+def _turned(tensor: np.ndarray) -> np.ndarray:
+    """A tensor (3, 3, ...) with x and y exchanged."""
+    return tensor[Y_FIRST][:, Y_FIRST]
+
+
+def _by_kind(values: np.ndarray, exchange: bool = False) -> _Sum:
+    """Function of the names of derivatives, by those of `KINDS`; with x and y exchanged."""
+    named = dict(zip(KINDS, values, strict=True))
+    named["phi"] = -(named["omega_xx"] + named["omega_yy"])  # all three are harmonic
+    named["phi_z"] = -(named["chi_xx"] + named["chi_yy"])
+    named["phi_zz"] = -(named["phi_xx"] + named["phi_yy"])
+    named["chi_xxx"] = -(named["phi_xz"] + named["chi_xyy"])
+    named["chi_yyy"] = -(named["phi_yz"] + named["chi_xxy"])
+    if exchange:
+        return lambda kind: named[exchanged(kind)]
+    return lambda kind: named[kind]
+
+
+def element_stresses(
+    x: np.ndarray, y: np.ndarray, depth: float, sides: tuple[float, float] | None, nu: float
+) -> np.ndarray:
+    """Stresses (3 tractions, 3, 3, y, x) at one depth by unit tractions on one element.
+
+    Distances x and y from the element's centre ascend by its `sides`; without sides those in line
+    contact, whose element is as wide as the step of x.
+    """
+    at = np.array([depth])
+    if sides is None:
+        values = strip_potentials(x, depth, float(x[1] - x[0]))[:, None]
+    else:
+        rows = y[None, ::-1, None]
+        columns = x[::-1, None, None]
+        values = lattice_potentials(columns, rows, at, *sides)[:, ::-1, ::-1, 0].swapaxes(1, 2)
+    along_x = _tangential(_by_kind(values), depth, nu)[2]
+    along_y = _turned(_tangential(_by_kind(values, exchange=True), depth, nu)[2])
+    down = _normal(_by_kind(values), depth, nu)[2]
+    return np.stack([along_x, along_y, down]) / (2 * np.pi)
 
 
 # Each returns 4 pi G u (3, ...), 4 pi G du_i/dx_j (3, 3, ...) and 2 pi sigma (3, 3, ...).

@@ -10,11 +10,16 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.elasticity.layered import Stack
-from varcontact.elasticity.layered_field import layered_field_at, layered_field_below
-from varcontact.elasticity.subsurface import field_at, field_below
+from varcontact.elasticity.layered_field import (
+    layered_element_stresses,
+    layered_field_at,
+    layered_field_below,
+)
+from varcontact.elasticity.subsurface import element_stresses, field_at, field_below
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, Layered
+from varcontact.scene.grid import Grid
 from varcontact.system.process import SMALLER, need
 
 Body = Literal["upper", "lower", "rail", "wheel"] | int
@@ -171,7 +176,7 @@ def stress(solution: Solution | Patch, points: Any, body: Body = 1) -> Subsurfac
         point = coordinates.reshape(3, -1)[:, outside[0]].tolist()
         raise SceneError(f"points[{first}]", point, f"in the {name}, {half} ({count})")
     flat = np.stack([x.ravel(), y.ravel(), depth.ravel()])
-    field = _Field(solution, side)
+    field = BodyField(solution, side)
     return field.on_scene(coordinates, field.at(flat))
 
 
@@ -244,7 +249,7 @@ def stress_below(solution: Solution | Patch, depths: Any, body: Body = 1) -> Sub
     )
     heights = below if side == 1 else -below
     z, y, x = np.meshgrid(heights, solution.grid.y, solution.grid.x, indexing="ij")
-    field = _Field(solution, side)
+    field = BodyField(solution, side)
     return field.on_scene(np.stack([x, y, z]), field.below(below))
 
 
@@ -271,7 +276,7 @@ def side_of(body: Any, names: tuple[str, str]) -> int:
     raise SceneError("body", body, allowed)
 
 
-class _Field:
+class BodyField:
     """Elastic field of one body of a solution, in axes with z into the body: a half-space or
     layers.
     """
@@ -312,6 +317,17 @@ class _Field:
         """The field at depths (n,) below all elements."""
         compute = layered_field_below if self.layered else field_below
         return compute(depths, self.solution.grid, self.tractions, **self.constants)
+
+    def of_element(self, x: np.ndarray, y: np.ndarray, depth: float, grid: Grid) -> np.ndarray:
+        """Stresses (3 tractions, 3, 3, y, x) by unit tractions on one element of a grid, at
+        distances that ascend by its sides.
+        """
+        if self.layered:
+            return layered_element_stresses(x, y, depth, grid, self.constants["stack"])
+        nu = self.constants["nu"]
+        if grid.line:
+            return element_stresses(x, y, depth, None, nu)
+        return element_stresses(x, y, depth, grid.sides, nu)
 
     def on_scene(self, points: np.ndarray, field: Any) -> SubsurfaceStress:
         """A field in the scene's axes: that of the lower body is mirrored."""

@@ -1,0 +1,1 @@
+"""Shakedown limits of rolling contacts."""

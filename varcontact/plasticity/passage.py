@@ -1,0 +1,340 @@
+"""Elastic stresses that pass through each point of a cross-section while a contact rolls over it.
+
+Stresses have five coordinates in which the yield surface of von Mises is a ball of radius k, the
+yield stress in shear:
+
+    e = ((syy - szz)/2, (2 sxx - syy - szz)/(2 sqrt 3), sxy, sxz, syz),   |e|^2 = J2 .
+
+Tractions are bilinear between the centres of elements: piecewise constant ones give sxx at the
+surface an error of first order, -(2/pi) ln 2 q' h.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.results.solution import Solution
+from varcontact.results.stress import BodyField
+from varcontact.scene.grid import Grid
+from varcontact.system.process import one_blas_thread
+
+ElasticStress = Callable[[np.ndarray], np.ndarray]
+"""Stress (3, 3, ...) at points (3, ...), in the scene's axes."""
+Strength = Callable[[np.ndarray], np.ndarray]
+"""Yield stress in shear at depths."""
+
+DEPTHS = 44
+"""Depths of a passage: with 60 the limits change by less than 0.1 %."""
+DEPTH_POWER = 1.6
+"""Depths grow as this power of their number: closer near the surface."""
+DEEPEST = 5.2
+"""Depth of the section in half-widths: at 3 the limit of a circle at f = 0.15 is 5 % less."""
+BESIDE = 3.2
+"""Width of the section beside the contact, in half-widths."""
+AHEAD = 3.0
+"""Length of the passage before and behind the contact, in half-widths."""
+NEAR_SURFACE = 1.2
+"""Depth in elements above which tractions are made bilinear by Gauss's rule over the element."""
+CLOSE = 0.5
+"""Distance from the contact, in half-widths, within which all elements have a sample."""
+ALONG_X = ((1, 0, 0), (0, 0, 1, 1, 0))
+"""How often x stands in the three tractions, and in the five coordinates."""
+ALONG_Y = ((0, 1, 0), (0, 0, 1, 0, 1))
+"""The same for y."""
+SYMMETRY_TOLERANCE = 1e-6
+"""Largest difference of mirror images, of the peak pressure."""
+MIRRORED_IN_Y = np.array([1.0, 1.0, -1.0, 1.0, -1.0])
+"""Signs of the five coordinates in the mirror image y -> -y."""
+
+
+LEAST_STRENGTH = 1e-3
+"""Least yield stress, divided by the peak pressure."""
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """Curves of elastic stress, divided by the yield stress at their depth, in a cross-section.
+
+    Attributes
+    ----------
+    x, y, depth : ndarray
+        Places of the samples, divided by `unit`.
+    curves : ndarray, shape (nz, ny, nx, 5)
+        At the load factor 1: the yield surface is the unit ball.
+    strength : ndarray, shape (nz,)
+        Yield stress, divided by the least.
+    loaded : tuple of float
+        Ends of the contact along x, and along y.
+    unit : float
+        Half the width of the contact, the less of both [length].
+    symmetric : bool
+        True where left and right are mirror images: y >= 0 is enough.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    depth: np.ndarray
+    curves: np.ndarray
+    strength: np.ndarray
+    loaded: tuple[float, float, float, float]
+    unit: float
+    symmetric: bool
+
+    @property
+    def origin(self) -> int:
+        """Number of the sample, beyond those along x, of the load far away."""
+        return len(self.x)
+
+    def half(self) -> Passage:
+        """The part y >= 0, with one sample beyond, where the whole is symmetric."""
+        first = int(np.searchsorted(self.y, -1e-9))
+        right = np.arange(len(self.y)) >= first - 1
+        kept = {name: getattr(self, name) for name in ("x", "depth", "strength", "loaded", "unit")}
+        return Passage(y=self.y[right], curves=self.curves[:, right], symmetric=True, **kept)
+
+
+def coordinates(stress: np.ndarray) -> np.ndarray:
+    """The five coordinates (..., 5) of stresses (3, 3, ...)."""
+    xx = stress[0, 0]
+    yy = stress[1, 1]
+    zz = stress[2, 2]
+    axial = (2 * xx - yy - zz) / (2 * np.sqrt(3))
+    return np.stack([(yy - zz) / 2, axial, stress[0, 1], stress[0, 2], stress[1, 2]], axis=-1)
+
+
+@one_blas_thread()
+def passage(
+    solution: Solution,
+    side: int,
+    strength: Strength,
+    *,
+    refined: int = 1,
+    elastic: ElasticStress | None = None,
+) -> Passage:
+    """The passage of a point contact, on its elements divided `refined` times.
+
+    Half-spaces and layers have the field of the solution's tractions; others need one, `elastic`.
+    """
+    load, grid = loaded_part(solution, side)
+    load, grid = divided(load, grid, refined)
+    dx, dy = grid.sides
+    rows, columns = np.nonzero(load[2] > 0)
+    x = grid.x
+    y = grid.y
+    ends = np.array([x[columns.min()], x[columns.max()], y[rows.min()], y[rows.max()]])
+    unit = float(min(ends[1] - ends[0] + dx, ends[3] - ends[2] + dy)) / 2
+    # the section: long contacts need a wider and deeper one
+    slender = np.sqrt(max((ends[1] - ends[0]) / 2 / unit, 1.0))
+    ahead = int(np.ceil(AHEAD * unit / dx))
+    beside = int(np.ceil(BESIDE * slender * unit / dy))
+    depth = DEEPEST * slender * unit * np.linspace(0, 1, DEPTHS) ** DEPTH_POWER
+    across = _places(y, dy, beside)
+    along = _places(x, dx, ahead)
+    kept_x = _samples(along, ends[0] - CLOSE * unit, ends[1] + CLOSE * unit)
+    kept_y = _samples(across, ends[2] - CLOSE * unit, ends[3] + CLOSE * unit)
+    if elastic is not None:
+        curves = _given_curves(elastic, along[kept_x], across[kept_y], depth, side)
+    else:
+        field = BodyField(solution, side)
+        curves = np.empty((DEPTHS, len(kept_y), len(kept_x), 5))
+        for number, at in enumerate(depth):
+            layer = _layer(field, load, grid, at, (beside, ahead))
+            curves[number] = np.moveaxis(layer[:, kept_y][:, :, kept_x], 0, -1)
+    k = strength(depth)
+    curves = curves / k[:, None, None, None]
+    mirrored = _is_mirrored(across[kept_y], curves)
+    return Passage(
+        x=along[kept_x] / unit,
+        y=across[kept_y] / unit,
+        depth=depth / unit,
+        curves=curves,
+        strength=k / k.min(),
+        loaded=tuple((ends + np.array([-dx, dx, -dy, dy]) / 2) / unit),
+        unit=unit,
+        symmetric=mirrored,
+    )
+
+
+def loaded_part(solution: Solution, side: int) -> tuple[np.ndarray, Grid]:
+    """Tractions (3, ny, nx) on a body, and their elements, with one more all around."""
+    sign = 1.0 if side == 1 else -1.0
+    load = np.concatenate([sign * solution.traction, solution.pressure[None]])
+    grid = solution.grid
+    dx, dy = grid.sides
+    rows, columns = np.nonzero(solution.pressure > 0)
+    load = load[:, rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+    x0 = float(grid.x[columns.min()] - 1.5 * dx)
+    if grid.line:
+        return np.pad(load, ((0, 0), (0, 0), (1, 1))), Grid(nx=load.shape[2] + 2, dx=dx, x0=x0)
+    y0 = float(grid.y[rows.min()] - 1.5 * dy)
+    padded = np.pad(load, ((0, 0), (1, 1), (1, 1)))
+    return padded, Grid(nx=padded.shape[2], ny=padded.shape[1], dx=dx, dy=dy, x0=x0, y0=y0)
+
+
+def divided(load: np.ndarray, grid: Grid, parts: int) -> tuple[np.ndarray, Grid]:
+    """The same bilinear tractions on elements of a fraction of the sides."""
+    if parts == 1:
+        return load, grid
+    dx, dy = grid.sides
+    load = _interpolated(load, parts, axis=2)
+    x0 = float(grid.x[0]) - dx / parts / 2
+    if grid.line:
+        return load, Grid(nx=load.shape[2], dx=dx / parts, x0=x0)
+    load = _interpolated(load, parts, axis=1)
+    y0 = float(grid.y[0]) - dy / parts / 2
+    ny, nx = load.shape[1:]
+    return load, Grid(nx=nx, ny=ny, dx=dx / parts, dy=dy / parts, x0=x0, y0=y0)
+
+
+def _interpolated(values: np.ndarray, parts: int, axis: int) -> np.ndarray:
+    """Linear interpolation along an axis, with so many parts to each interval."""
+    values = np.moveaxis(values, axis, -1)
+    count = values.shape[-1]
+    place = np.arange((count - 1) * parts + 1) / parts
+    left = np.minimum(place.astype(int), count - 2)
+    share = place - left
+    between = values[..., left] * (1 - share) + values[..., left + 1] * share
+    return np.moveaxis(between, -1, axis)
+
+
+def _places(centres: np.ndarray, step: float, beyond: int) -> np.ndarray:
+    """Centres of elements, with so many more at both ends."""
+    return centres[0] + step * np.arange(-beyond, len(centres) + beyond)
+
+
+def _samples(places: np.ndarray, first: float, last: float) -> np.ndarray:
+    """Numbers of the places that are kept: all from first to last, every second beyond."""
+    number = np.arange(len(places))
+    slack = 1e-6 * (places[1] - places[0])
+    inside = (places >= first - slack) & (places <= last + slack)
+    middle = number[inside]
+    left = np.arange(middle[0] - 2, -1, -2)[::-1]
+    right = np.arange(middle[-1] + 2, len(places), 2)
+    return np.concatenate([left, middle, right])
+
+
+def _given_curves(
+    elastic: ElasticStress, x: np.ndarray, y: np.ndarray, depth: np.ndarray, side: int
+) -> np.ndarray:
+    """The five coordinates of a stress field of the user's."""
+    into = 1.0 if side == 1 else -1.0
+    z, across, along = np.meshgrid(into * depth, y, x, indexing="ij")
+    points = np.stack([along, across, z])
+    stress = checks.numbers("elastic", elastic(points))
+    if stress.shape != (3, *points.shape):
+        raise checks.wrong_shape("elastic", stress.shape, f"{(3, *points.shape)}, by these points")
+    return coordinates(stress) * np.array([1.0, 1.0, 1.0, into, into])
+
+
+def _layer(
+    field: BodyField, load: np.ndarray, grid: Grid, depth: float, beyond: tuple[int, int]
+) -> np.ndarray:
+    """The five coordinates (5, y, x) at one depth, `beyond` the elements by so many rows and
+    columns.
+    """
+    from scipy import fft
+
+    ny, nx = load.shape[1:]
+    rows, columns = beyond
+    most_y = ny - 1 + rows
+    most_x = nx - 1 + columns
+    tables = _element_table(field, grid, depth, most_y, most_x)
+    if depth >= NEAR_SURFACE * max(grid.sides):
+        load = _smoothed(load)
+    box = [fft.next_fast_len(2 * most + 1, real=True) for most in (most_y, most_x)]
+    spectrum = fft.rfft2(load, box)
+    total = np.zeros((5, *spectrum.shape[1:]), dtype=complex)
+    for each in range(3):
+        periodic = np.zeros((5, *box))
+        for number in range(5):
+            sign_y = (-1.0) ** (ALONG_Y[0][each] + ALONG_Y[1][number])
+            sign_x = (-1.0) ** (ALONG_X[0][each] + ALONG_X[1][number])
+            _place_evenly(periodic[number], tables[each, number], sign_y, sign_x)
+        total += fft.rfft2(periodic) * spectrum[each]
+    whole = fft.irfft2(total, box)
+    return np.roll(whole, (rows, columns), axis=(1, 2))[:, : ny + 2 * rows, : nx + 2 * columns]
+
+
+def _element_table(
+    field: BodyField, grid: Grid, depth: float, most_y: int, most_x: int
+) -> np.ndarray:
+    """Coordinates (3 tractions, 5, y, x) by one element, at distances from zero on; near the
+    surface their mean over an element, which makes tractions bilinear.
+    """
+    dx, dy = grid.sides
+    x = np.arange(most_x + 1) * dx
+    y = np.arange(most_y + 1) * dy
+    nodes = np.zeros(1)
+    weights = np.ones(1)
+    if depth < NEAR_SURFACE * max(dx, dy):
+        nodes, weights = np.polynomial.legendre.leggauss(3)
+        weights = weights / 2
+    table = np.zeros((3, 5, most_y + 1, most_x + 1))
+    for along, weight_x in zip(nodes, weights, strict=True):
+        for across, weight_y in zip(nodes, weights, strict=True):
+            stress = field.of_element(x + along * dx / 2, y + across * dy / 2, depth, grid)
+            each = np.moveaxis(coordinates(np.moveaxis(stress, 0, 2)), -1, 1)
+            table += weight_x * weight_y * each
+    return table
+
+
+def _smoothed(load: np.ndarray) -> np.ndarray:
+    """Tractions whose constant values act at a depth as bilinear ones: their mean over an
+    element, to the fourth order.
+    """
+    wide = np.pad(load, ((0, 0), (1, 1), (1, 1)))
+    x_second = wide[:, 1:-1, 2:] - 2 * load + wide[:, 1:-1, :-2]
+    y_second = wide[:, 2:, 1:-1] - 2 * load + wide[:, :-2, 1:-1]
+    return load + (x_second + y_second) / 24
+
+
+def _place_evenly(periodic: np.ndarray, table: np.ndarray, sign_y: float, sign_x: float) -> None:
+    """Write a table of distances from zero on into a period, even or odd in both."""
+    ny, nx = table.shape
+    periodic[:ny, :nx] = table
+    periodic[:ny, 1 - nx :] = sign_x * table[:, :0:-1]
+    periodic[1 - ny :] = sign_y * periodic[ny - 1 : 0 : -1]
+
+
+def _is_mirrored(y: np.ndarray, curves: np.ndarray) -> bool:
+    """True where the curves at y and -y are mirror images."""
+    if not np.allclose(y, -y[::-1], atol=1e-6 * np.abs(y).max()):
+        return False
+    difference = curves[:, ::-1] * MIRRORED_IN_Y - curves
+    return bool(np.abs(difference).max() < SYMMETRY_TOLERANCE * np.abs(curves).max())
+
+
+def yield_strength(k: Any, peak: float) -> Strength:
+    """The yield stress in shear by depth, from a number, a function, or depths and values."""
+    if callable(k):
+        at: Strength = lambda depth: checks.positives("k", k(depth)) + 0 * depth  # noqa: E731
+    elif checks.is_array(k):
+        depths, values = (checks.array("k", each, 1) for each in _pair(k))
+        checks.positives("k", values)
+        if depths.shape != values.shape or np.any(np.diff(depths) <= 0):
+            raise SceneError("k", k, "a number, or ascending depths and as many values")
+        at = lambda depth: np.interp(depth, depths, values)  # noqa: E731
+    else:
+        number = checks.positive("k", k)
+        at = lambda depth: np.full(np.shape(depth), number)  # noqa: E731
+    least = float(np.min(at(np.zeros(1))))
+    if least < LEAST_STRENGTH * peak:
+        raise SceneError(
+            "k",
+            least,
+            f"at least {LEAST_STRENGTH:g} of the peak pressure, {peak:.4g}: is it in the unit of "
+            "the scene's pressures?",
+        )
+    return at
+
+
+def _pair(k: Any) -> Any:
+    if len(k) != 2:
+        raise SceneError("k", k, "a number, or a pair: depths and values")
+    return k
