@@ -27,6 +27,7 @@ from .io.scene_toml import read_scene
 from .plotting.frequency import plot_growth
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison, plot_curve
+from .plasticity.limits import Shakedown, shakedown
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from .results.error_estimate import ErrorEstimate
 from .results.frequency import FrequencyResponse, HarmonicSolution, corrugation_growth
@@ -114,6 +115,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "ShearStrength",
+    "Shakedown",
     "Shift",
     "Sizes",
     "Solution",
@@ -161,6 +163,7 @@ __all__ = [
     "references",
     "register_solver",
     "scan",
+    "shakedown",
     "solve",
     "solve_many",
     "standard_bank",

@@ -216,7 +216,7 @@ def families(passage: Passage) -> Families:
     axial_balls = smallest_balls(few, AXIAL, SEARCH_STEPS)
     axial, axial_sampled = _lower(passage, axial_balls.centres.reshape(nz, ny, 5))
     return Families(
-        elastic=1 / float(np.linalg.norm(passage.curves, axis=-1).max()),
+        elastic=passage.elastic_limit,
         alternating=alternating,
         surface=surface,
         kinematic=kinematic,

@@ -9,7 +9,7 @@ A cone program of few samples; after each solve all samples are looked at, and t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,8 +46,8 @@ class LowerBound:
         With what may lie between samples.
     sampled : float
         At the samples alone.
-    stress : ndarray, shape (nz, ny, 5)
-        Residual stress at `factor`, by the yield stress.
+    residual : ndarray, shape (3, 3, nz, ny)
+        Residual stress at `factor`, by the least yield stress.
     largest : ndarray, shape (nz, ny)
         Largest stress of each point's passage, by the yield stress.
     rounds, cones : int
@@ -56,7 +56,7 @@ class LowerBound:
 
     factor: float
     sampled: float
-    stress: np.ndarray
+    residual: np.ndarray
     largest: np.ndarray
     rounds: int
     cones: int
@@ -84,19 +84,26 @@ def lower_bound(
         between = size.copy()
         between[..., :-1] += excess
         sampled = max(sampled, factor / float(size.max()))
-        found = _scaled(passage, factor, stress, bent, between, sampled)
+        scale = float(between.max())
+        axial = (stress - bent)[:, :, 0, 1]
+        found = LowerBound(
+            factor=factor / scale,
+            sampled=sampled,
+            residual=space.tensor(coefficients, axial, passage) / scale,
+            largest=between.max(axis=-1) / scale,
+            rounds=number,
+            cones=int(chosen.sum()),
+        )
         gained = best is None or found.factor > STALLED * best.factor
         if closing and not gained:
             stalled += 1
         if best is None or found.factor > best.factor:
             best = found
-        cones = int(chosen.sum())
-        report(f"program {number} of the lower bound, {cones} cones: {best.factor:.4g}")
-        best = _counted(best, sampled, number, cones)
+        report(f"program {number} of the lower bound, {found.cones} cones: {best.factor:.4g}")
         if between.max() < 1 + TOLERANCE or best.factor >= enough or stalled > 2:
             break
         # at samples first, then with margins for what lies between them
-        closing = closing or size.max() < 1 + 2 * TOLERANCE
+        closing = closing or number > 1 or size.max() < 1 + 2 * TOLERANCE
         if closing:
             kept = np.minimum(excess, MARGIN_MAX)
             margin[..., :-1] = np.maximum(kept, 0.4 * margin[..., :-1])
@@ -104,32 +111,7 @@ def lower_bound(
         else:
             _add_worst(chosen, size)
     assert best is not None
-    return best
-
-
-def _scaled(
-    passage: Passage,
-    factor: float,
-    stress: np.ndarray,
-    bent: np.ndarray,
-    between: np.ndarray,
-    sampled: float,
-) -> LowerBound:
-    """The bound by stresses that may exceed the yield surface: all are scaled into it."""
-    largest = float(between.max())
-    residual = (stress - factor * passage.curves)[:, :, 0]
-    return LowerBound(
-        factor=factor / largest,
-        sampled=sampled,
-        stress=residual / largest,
-        largest=between.max(axis=-1) / largest,
-        rounds=0,
-        cones=0,
-    )
-
-
-def _counted(bound: LowerBound, sampled: float, rounds: int, cones: int) -> LowerBound:
-    return LowerBound(bound.factor, sampled, bound.stress, bound.largest, rounds, cones)
+    return replace(best, sampled=sampled, rounds=number)
 
 
 def _first_samples(passage: Passage, space: ResidualSpace) -> np.ndarray:
@@ -158,7 +140,9 @@ def _choose_extremes(chosen: np.ndarray, curve: np.ndarray) -> None:
 def _program(
     passage: Passage, space: ResidualSpace, chosen: np.ndarray, margin: np.ndarray
 ) -> tuple[float, np.ndarray]:
-    """Load factor and coefficients for the samples chosen."""
+    """Load factor and coefficients for the samples chosen; the program's own factor counts in
+    elastic limits.
+    """
     row, column = np.nonzero(chosen.any(axis=-1))
     points = len(row)
     splines = space.rows(passage.y[column], passage.depth[row])
@@ -182,19 +166,16 @@ def _program(
     loaded = along < passage.origin
     curves[loaded] = passage.curves[depth[loaded], across[loaded], along[loaded]]
     first = 1 + coefficients + 5 * number[depth, across]
-    yield_cones(entries, 4 * points, curves, first)
+    unit = passage.elastic_limit
+    yield_cones(entries, 4 * points, unit * curves, first)
     right = np.zeros(4 * points + 6 * len(along))
     right[4 * points :: 6] = 1.0 - margin[depth, across, along]
     cost = np.zeros(1 + coefficients + 5 * points)
-    cost[0] = -1.0 / SCALE_OF_FACTOR
+    cost[0] = -1.0
     square = np.zeros(len(cost))
     square[1 + coefficients :] = SMALL_STRESS / points
     variables, _ = solve_cones(entries, right, 4 * points, cost, square)
-    return float(variables[0]), variables[1 : 1 + coefficients] / scale
-
-
-SCALE_OF_FACTOR = 1.0
-"""Load factor that counts as one in the cost."""
+    return unit * float(variables[0]), variables[1 : 1 + coefficients] / scale
 
 
 def _stresses(

@@ -91,6 +91,11 @@ class Passage:
         """Number of the sample, beyond those along x, of the load far away."""
         return len(self.x)
 
+    @property
+    def elastic_limit(self) -> float:
+        """Load factor at first yield."""
+        return 1 / float(np.linalg.norm(self.curves, axis=-1).max())
+
     def half(self) -> Passage:
         """The part y >= 0, with one sample beyond, where the whole is symmetric."""
         first = int(np.searchsorted(self.y, -1e-9))

@@ -85,16 +85,33 @@ class ResidualSpace:
 
     def field(self, coefficients: np.ndarray, passage: Passage) -> np.ndarray:
         """The residual stress (nz, ny, 5) without its second component, by the yield stress."""
+        yy, zz, yz, xy, xz = self.components(coefficients, passage)
+        field = np.stack([(yy - zz) / 2, 0 * yy, xy, xz, yz], axis=-1)
+        return field / passage.strength[:, None, None]
+
+    def components(self, coefficients: np.ndarray, passage: Passage) -> np.ndarray:
+        """rho_yy, rho_zz, rho_yz, rho_xy and rho_xz (5, nz, ny), by the least yield stress."""
         airy_y, airy_z, prandtl_y, prandtl_z = self.matrices(passage.y, passage.depth)
         count = airy_y.shape[2] * airy_z.shape[2]
         airy = coefficients[:count].reshape(airy_y.shape[2], -1)
         prandtl = coefficients[count:].reshape(prandtl_y.shape[2], -1)
-        field = np.zeros((len(passage.depth), len(passage.y), 5))
-        field[..., 0] = (_on(airy, airy_y[0], airy_z[2]) - _on(airy, airy_y[2], airy_z[0])) / 2
-        field[..., 4] = -_on(airy, airy_y[1], airy_z[1])
-        field[..., 2] = _on(prandtl, prandtl_y[0], prandtl_z[1])
-        field[..., 3] = -_on(prandtl, prandtl_y[1], prandtl_z[0])
-        return field / passage.strength[:, None, None]
+        return np.array(
+            [
+                _on(airy, airy_y[0], airy_z[2]),
+                _on(airy, airy_y[2], airy_z[0]),
+                -_on(airy, airy_y[1], airy_z[1]),
+                _on(prandtl, prandtl_y[0], prandtl_z[1]),
+                -_on(prandtl, prandtl_y[1], prandtl_z[0]),
+            ]
+        )
+
+    def tensor(self, coefficients: np.ndarray, axial: np.ndarray, passage: Passage) -> np.ndarray:
+        """The residual stress (3, 3, nz, ny), by the least yield stress, with its second coordinate
+        `axial` (nz, ny), by the yield stress.
+        """
+        yy, zz, yz, xy, xz = self.components(coefficients, passage)
+        xx = np.sqrt(3) * axial * passage.strength[:, None] + (yy + zz) / 2
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _products(across: np.ndarray, down: np.ndarray) -> np.ndarray:

@@ -1,0 +1,570 @@
+"""Shakedown limits of rolling contacts, bounded from both sides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import NotConverged, SceneError
+from varcontact.html import Reported
+from varcontact.plasticity.balls import NET_STRAIN, Families, Mechanism, families
+from varcontact.plasticity.koiter import FlowField, flow_mesh, upper_bound
+from varcontact.plasticity.line_contact import LineLimit, line_limit, line_passage
+from varcontact.plasticity.melan import LowerBound, lower_bound
+from varcontact.plasticity.passage import (
+    ElasticStress,
+    Passage,
+    Strength,
+    passage,
+    yield_strength,
+)
+from varcontact.plasticity.residual_stress import ResidualSpace
+from varcontact.results.solution import Solution
+from varcontact.results.stress import Body, Patch, body_names, side_of, solution_of
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Hardening = Literal["none", "kinematic"]
+HARDENING = ("none", "kinematic")
+Mode = Literal["surface flow", "subsurface ratchetting", "alternating plasticity"]
+
+ELEMENTS = 48
+"""Samples across the contact for programs: coarser grids are divided, with 24 gaps are 1 % more."""
+ELEMENTS_OF_FAMILIES = 20
+"""The same for closed forms."""
+SURFACE = 0.05
+"""Depth in half-widths to which flow is that of the surface."""
+SPLINES = (14, 5, 16)
+"""Intervals of residual stresses: across the contact, beside it, in depth."""
+FINER_SPLINES = (20, 6, 20)
+MESHES = ((10, 4, 10), (16, 4, 14))
+"""Rectangles of velocities, likewise."""
+SLENDER = 6.0
+"""Depth of the section in half-widths from which it has a fifth more intervals."""
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """Residual stress that makes the contact shake down, in the cross-section x = const.
+
+    Attributes
+    ----------
+    y, depth : ndarray
+        Places [length].
+    stress : ndarray, shape (3, 3, nz, ny)
+        At the load factor `Shakedown.lower`, tension positive, z into the body [force/area]; with
+        kinematic hardening the back stress.
+    utilised : ndarray, shape (nz, ny), or None
+        Largest stress of a passage, by the yield stress, where a program was solved.
+    """
+
+    y: np.ndarray
+    depth: np.ndarray
+    stress: np.ndarray
+    utilised: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Shakedown(Reported):
+    """Bounds on the factor by which all tractions can grow until plastic strain no longer stops.
+
+    Attributes
+    ----------
+    lower, upper : float
+        Bounds on the load factor, by Melan's and Koiter's theorems: at a factor below `lower` the
+        body shakes down, above `upper` it does not.
+    sampled : float
+        The lower bound at the samples of the passage; in `lower`, what may lie between them is
+        estimated by second differences.
+    elastic : float
+        Load factor at first yield.
+    kinematic : tuple of float
+        Bounds on the load factor with unlimited kinematic hardening.
+    mode : {"surface flow", "subsurface ratchetting", "alternating plasticity"}
+        Mechanism of the upper bound.
+    place : float
+        Its y, from the scene's origin [length].
+    depth : float
+        Its depth [length].
+    flow : ndarray, shape (2,)
+        Net plastic shear of a passage along x and y, by all plastic strain: 0 for alternating
+        plasticity, 1 where all strain stays.
+    field_error : float
+        Relative change of the upper bound by tractions of half the elements either way; NaN for a
+        field of the user's.
+    peak_pressure : float
+        Largest pressure on the grid [force/area].
+    strength : float
+        Least yield stress in shear [force/area].
+    hardening : {"none", "kinematic"}
+    section : Section
+        Residual stress.
+    mechanism : FlowField or None
+        Velocities, where a program found the upper bound.
+    critical : ndarray, shape (n, 5)
+        Elastic stresses that pass the critical point, by the yield stress, in five coordinates, see
+        docs/shakedown.md.
+    centre : ndarray, shape (5,)
+        Centre of the smallest ball about them: at `upper` its radius is the yield stress.
+    local : float
+        Largest traction by the largest pressure: ``upper <= strength / (local * peak_pressure)`` is
+        a theorem.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e3, nu=0.28), surface=vc.Ellipse(a=6.0, b=6.0),
+    ...     normal_force=80e3, friction=0.4, motion=vc.Steady(vx=-0.1), grid=vc.Grid(16, 16))
+    >>> limit = vc.shakedown(vc.solve(scene), k=300.0, body="lower", gap=None)
+    >>> print(f"{limit.upper:.2f}, {limit.mode}; yields at {limit.elastic:.2f}")
+    0.71, surface flow; yields at 0.64
+    """
+
+    lower: float
+    upper: float
+    sampled: float
+    elastic: float
+    kinematic: tuple[float, float]
+    mode: Mode
+    place: float
+    depth: float
+    flow: np.ndarray
+    field_error: float
+    peak_pressure: float
+    strength: float
+    local: float
+    hardening: Hardening
+    section: Section = field(repr=False)
+    mechanism: FlowField | None = field(repr=False)
+    critical: np.ndarray = field(repr=False)
+    centre: np.ndarray = field(repr=False)
+
+    @property
+    def gap(self) -> float:
+        """Distance of the bounds, relative to the upper one."""
+        return 1 - self.lower / self.upper
+
+    @property
+    def outcome(self) -> str:
+        """What the tractions as they are lead to: "elastic", "shakes down", "undecided" between the
+        bounds, or the mode.
+        """
+        if self.upper < 1:
+            return self.mode
+        if self.elastic >= 1:
+            return "elastic"
+        if self.lower >= 1:
+            return "shakes down"
+        return "undecided"
+
+    def report(self) -> str:
+        """The limit and its bounds in words."""
+        pressure = self.peak_pressure / self.strength
+        lines = [
+            f"shakedown: {self.outcome} (peak pressure {pressure:.4g} k, largest traction "
+            f"{self.local:.3f} of it)",
+            f"load factor {self.lower:.4g} to {self.upper:.4g} (gap {100 * self.gap:.1f} %; "
+            f"{self.sampled:.4g} at samples), first yield at {self.elastic:.4g}",
+            f"{self.mode} at y = {self.place:.4g}, depth {self.depth:.4g}",
+            f"with kinematic hardening {self.kinematic[0]:.4g} to {self.kinematic[1]:.4g}",
+        ]
+        if not math.isnan(self.field_error):
+            lines.append(f"error of the elastic field: {100 * self.field_error:.1f} %")
+        return "\n".join(lines)
+
+    def plot(self) -> Figure:
+        """The section with the residual stress and the net flow, and the critical curve."""
+        from varcontact.plasticity.plots import plot_limit
+
+        return plot_limit(self)
+
+
+@checks.named_options()
+def shakedown(
+    solution: Solution | Patch,
+    k: Any,
+    body: Body = "lower",
+    *,
+    hardening: Hardening = "none",
+    gap: float | None = 0.02,
+    elastic: ElasticStress | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Shakedown:
+    """Bounds on the shakedown limit of a contact that rolls over the same track again and again.
+
+    Parameters
+    ----------
+    solution : Solution or PatchSolution
+        Of steady rolling, or without friction.
+    k : float, pair of array_like, or callable
+        Yield stress in shear [force/area]: a number, depths and values between which it is linear,
+        or a function of depths.
+    body : 1, 2, "upper" or "lower"
+        Of a patch of a wheel "rail" or "wheel".
+    hardening : {"none", "kinematic"}
+        Perfect plasticity, or unlimited kinematic hardening, whose limit needs no program.
+    gap : float or None
+        Relative distance of the bounds at which the search ends. None: closed forms alone, an
+        upper bound and the kinematic limit in about a second.
+    elastic : callable, optional
+        Elastic stress (3, 3, ...) at points (3, ...), in the scene's axes and at the solution's
+        load, in place of that of the solution's tractions.
+    progress : callable, optional
+        Called with what is solved next.
+
+    Returns
+    -------
+    Shakedown
+
+    Raises
+    ------
+    SceneError
+        For solutions without contact, under infinite friction, of a shift or a step in time; a
+        yield stress that is not positive, or less than 1e-3 of the peak pressure; bodies whose
+        stresses are not known.
+    NotConverged
+        For solutions that have not converged.
+
+    Notes
+    -----
+    The body is a half-space (or layered) of von Mises material under one load that passes
+    infinitely often. The factor scales tractions, and leaves the contact area as it is. The upper
+    bounds of closed form are theorems for the field of bilinear tractions at its samples; that of
+    velocities has its quadrature estimated; the lower bound has an exact equilibrium, and what lies
+    between samples estimated. See docs/shakedown.md.
+
+    Examples
+    --------
+    A line contact without friction shakes down up to p0 = 4 k (Johnson 1962).
+
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=82e3, nu=0.3), surface=vc.Ellipse(a=1.0),
+    ...                  normal_force=1000.0, grid=vc.Grid(nx=200))
+    >>> limit = vc.shakedown(vc.solve(scene), k=300.0)
+    >>> print(f"{limit.upper * limit.peak_pressure / 300.0:.2f}, {limit.mode}")
+    4.00, alternating plasticity
+    """
+    side = side_of(body_of(body, solution), body_names(solution))
+    answer = solution_of(solution)
+    checks.choice("hardening", hardening, HARDENING)
+    report = checks.progress(progress)
+    if gap is not None:
+        gap = checks.positive("gap", gap)
+    if elastic is not None and not callable(elastic):
+        raise SceneError("elastic", elastic, "a function of points (3, ...), or left out")
+    check_solution(answer)
+    peak = float(answer.pressure.max())
+    strength = yield_strength(k, peak)
+    if answer.grid.line:
+        return _of_line(answer, side, strength, hardening, elastic)
+    return _of_point(answer, side, strength, Search(hardening, gap, elastic, report))
+
+
+def body_of(body: Any, solution: Any) -> Any:
+    """The body, "lower" of a patch being the rail: tractions of patches act on it."""
+    if body == "lower" and hasattr(solution, "body_names"):
+        return body_names(solution)[0]
+    return body
+
+
+def check_solution(solution: Solution) -> None:
+    """Refuse solutions that have no limit, or none that can be believed."""
+    if not solution.pressure.any():
+        raise SceneError("solution", solution, "with contact: else nothing is stressed")
+    motion = solution.motion
+    if motion is not None and not isinstance(motion, Steady):
+        raise SceneError("motion", motion, "Steady, or none: the load has to roll along x")
+    infinite = [f for f in solution.scene.frictions if isinstance(f, float) and math.isinf(f)]
+    if infinite and motion is not None:
+        raise SceneError(
+            "friction", math.inf, "finite: tractions at the edge of the contact grow with the grid"
+        )
+    if not solution.converged:
+        certificate = solution.certificate
+        raise NotConverged(
+            "the solution has not converged, its shakedown limit would mean nothing",
+            float(certificate.residual),
+            solution,
+        )
+
+
+@dataclass(frozen=True)
+class Search:
+    """How the limit of a point contact is sought."""
+
+    hardening: Hardening
+    gap: float | None
+    elastic: ElasticStress | None
+    report: Callable[[str], None]
+
+
+# ----------------------------------------------------------------------------- line contact
+
+
+def _of_line(
+    solution: Solution,
+    side: int,
+    strength: Strength,
+    hardening: Hardening,
+    elastic: ElasticStress | None,
+) -> Shakedown:
+    """The limit by depth; field_error by half the strips."""
+    line = line_passage(solution, side, elastic)
+    limit = line_limit(line, strength, hardening)
+    kinematic = limit
+    if hardening == "none":
+        kinematic = line_limit(line, strength, "kinematic")
+    error = math.nan
+    if elastic is None:
+        half = line_passage(of_half_the_elements(solution), side)
+        error = abs(line_limit(half, strength, hardening).upper / limit.upper - 1)
+    k = strength(limit.depths)
+    residual = tensor_of(-limit.lower * limit.centres * k[:, None])
+    return Shakedown(
+        lower=limit.lower,
+        upper=limit.upper,
+        sampled=limit.sampled,
+        elastic=limit.elastic,
+        kinematic=(kinematic.lower, kinematic.upper),
+        mode=_mode_of_line(limit, solution),
+        place=0.0,
+        depth=limit.depth,
+        flow=limit.net,
+        field_error=error,
+        hardening=hardening,
+        section=Section(np.zeros(1), limit.depths, residual[..., None]),
+        mechanism=None,
+        critical=limit.critical,
+        centre=limit.centre,
+        **_of_load(solution, strength, limit.depths),
+    )
+
+
+def _mode_of_line(limit: LineLimit, solution: Solution) -> Mode:
+    width = np.count_nonzero(solution.pressure.max(axis=0) > 0) * solution.grid.sides[0]
+    return _mode(limit.net, limit.depth / (width / 2))
+
+
+def _mode(net: np.ndarray, depth: float) -> Mode:
+    if np.hypot(*net) <= NET_STRAIN:
+        return "alternating plasticity"
+    if depth <= SURFACE:
+        return "surface flow"
+    return "subsurface ratchetting"
+
+
+def _of_load(solution: Solution, strength: Strength, depths: np.ndarray) -> dict[str, Any]:
+    """What a limit is compared with."""
+    peak = float(solution.pressure.max())
+    return {
+        "peak_pressure": peak,
+        "strength": float(strength(depths).min()),
+        "local": float(np.hypot(*solution.traction).max()) / peak,
+    }
+
+
+def of_half_the_elements(solution: Solution) -> Solution:
+    """The solution with tractions averaged over pairs of elements either way."""
+    grid = solution.grid
+    ny, nx = grid.shape
+    along_y = 1 if grid.line else 2
+    pressure = _averaged(solution.pressure, along_y)
+    dx, dy = grid.sides
+    coarse = Grid(nx=pressure.shape[1], dx=2 * dx, x0=float(grid.x[0] - dx / 2))
+    if not grid.line:
+        x0 = float(grid.x[0] - dx / 2)
+        y0 = float(grid.y[0] - dy / 2)
+        count_y, count_x = pressure.shape
+        coarse = Grid(nx=count_x, ny=count_y, dx=2 * dx, dy=2 * dy, x0=x0, y0=y0)
+    traction = _averaged(solution.traction, along_y)
+    return replace(solution, pressure=pressure, traction=traction, grid=coarse)
+
+
+def _averaged(values: np.ndarray, along_y: int) -> np.ndarray:
+    """Means over blocks of (along_y, 2) elements, filled with zeros."""
+    ny, nx = values.shape[-2:]
+    padding = [(0, 0)] * (values.ndim - 2) + [(0, -ny % along_y), (0, -nx % 2)]
+    wide = np.pad(values, padding)
+    blocks = wide.reshape(*wide.shape[:-2], wide.shape[-2] // along_y, along_y, -1, 2)
+    return blocks.mean(axis=(-3, -1))
+
+
+def tensor_of(deviator: np.ndarray) -> np.ndarray:
+    """Stress deviators (3, 3, ...) of five coordinates (..., 5)."""
+    first, second, xy, xz, yz = np.moveaxis(deviator, -1, 0)
+    xx = 2 * second / np.sqrt(3)
+    yy = first - xx / 2
+    zz = -first - xx / 2
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+# ----------------------------------------------------------------------------- point contact
+
+
+def _of_point(solution: Solution, side: int, strength: Strength, search: Search) -> Shakedown:
+    """Closed forms, then programs until the gap is closed."""
+    search.report("stresses below the surface, and bounds of closed form")
+    across = _elements_across(solution)
+    coarse = _passage(solution, side, strength, search, ELEMENTS_OF_FAMILIES, across)
+    closed = families(coarse)
+    error = math.nan
+    if search.elastic is None:
+        half = of_half_the_elements(solution)
+        alone = _passage(half, side, strength, search, ELEMENTS_OF_FAMILIES, across / 2)
+        error = abs(_least(families(alone), search).factor / _least(closed, search).factor - 1)
+    found = _Found.closed(closed, coarse, search)
+    if search.gap is not None and found.gap > search.gap:
+        fine = _passage(solution, side, strength, search, ELEMENTS, across)
+        found = _Found.closed(families(fine), fine, search)
+        if search.hardening == "none":
+            found = _by_programs(found, fine, search)
+    kinematic = found.families.kinematic, found.families.alternating.factor
+    way = found.passage
+    return Shakedown(
+        lower=found.lower,
+        upper=found.upper,
+        sampled=found.sampled,
+        elastic=found.families.elastic,
+        kinematic=kinematic,
+        mode=_mode(found.net, found.place[1]),
+        place=found.place[0] * way.unit,
+        depth=found.place[1] * way.unit,
+        flow=found.net,
+        field_error=error,
+        hardening=search.hardening,
+        section=found.section(strength),
+        mechanism=found.mechanism,
+        critical=found.critical.critical,
+        centre=found.critical.centre,
+        **_of_load(solution, strength, way.depth * way.unit),
+    )
+
+
+def _elements_across(solution: Solution) -> float:
+    """Elements across the contact, along x or y, the fewer of both."""
+    rows, columns = np.nonzero(solution.pressure > 0)
+    return float(min(np.ptp(rows), np.ptp(columns)) + 1)
+
+
+def _passage(
+    solution: Solution, side: int, strength: Strength, search: Search, most: int, across: float
+) -> Passage:
+    """The passage with about so many samples across the contact; one half where that is enough."""
+    parts = max(1, round(most / across))
+    whole = passage(solution, side, strength, refined=parts, elastic=search.elastic)
+    if whole.symmetric:
+        return whole.half()
+    return whole
+
+
+def _least(closed: Families, search: Search) -> Mechanism:
+    """The lower one of the upper bounds of closed form."""
+    if search.hardening == "kinematic" or closed.alternating.factor < closed.surface.factor:
+        return closed.alternating
+    return closed.surface
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """The best bounds so far."""
+
+    passage: Passage
+    families: Families
+    lower: float
+    sampled: float
+    upper: float
+    place: tuple[float, float]
+    net: np.ndarray
+    critical: Mechanism
+    residual: np.ndarray
+    utilised: np.ndarray | None = None
+    mechanism: FlowField | None = None
+
+    @classmethod
+    def closed(cls, closed: Families, way: Passage, search: Search) -> _Found:
+        """Bounds of closed form."""
+        least = _least(closed, search)
+        lower = closed.axial
+        sampled = closed.axial_sampled
+        stress = closed.axial_stress
+        if search.hardening == "kinematic":
+            lower = closed.kinematic
+            sampled = closed.kinematic_sampled
+            stress = closed.back_stress
+        residual = tensor_of(stress * way.strength[:, None, None])
+        if search.hardening == "none":
+            # rho_xx alone, not its deviator
+            axial = np.zeros_like(residual)
+            axial[0, 0] = 1.5 * residual[0, 0]
+            residual = axial
+        return cls(
+            way, closed, lower, sampled, least.factor, least.place, least.net, least, residual
+        )
+
+    @property
+    def gap(self) -> float:
+        return 1 - self.lower / self.upper
+
+    def with_lower(self, bound: LowerBound) -> _Found:
+        """With a lower bound, if it is better."""
+        found = replace(self, sampled=max(self.sampled, bound.sampled))
+        if bound.factor <= self.lower:
+            return found
+        return replace(
+            found, lower=bound.factor, residual=bound.residual, utilised=bound.largest
+        )
+
+    def with_upper(self, flow: FlowField | None) -> _Found:
+        """With an upper bound, if it is better."""
+        if flow is None or flow.factor >= self.upper:
+            return self
+        net = flow.net * min(1.0, flow.ratchet / max(float(np.hypot(*flow.net)), 1e-12))
+        return replace(self, upper=flow.factor, place=flow.place, net=net, mechanism=flow)
+
+    def section(self, strength: Strength) -> Section:
+        """The residual stress in the whole section, in the scene's units."""
+        way = self.passage
+        y = way.y
+        stress = self.residual
+        utilised = self.utilised
+        if way.symmetric:
+            signs = np.array([1.0, -1.0, 1.0])
+            mirrored = stress * (signs[:, None] * signs)[:, :, None, None]
+            right = y > -1e-9
+            left = y > 1e-9
+            y = np.concatenate([-y[left][::-1], y[right]])
+            stress = np.concatenate([mirrored[..., left][..., ::-1], stress[..., right]], axis=-1)
+            if utilised is not None:
+                utilised = np.concatenate([utilised[:, left][:, ::-1], utilised[:, right]], axis=1)
+        depth = way.depth * way.unit
+        least = float(strength(depth).min())
+        return Section(y * way.unit, depth, stress * least, utilised)
+
+
+def _by_programs(found: _Found, way: Passage, search: Search) -> _Found:
+    """Bounds by programs: residual stresses, velocities on two meshes, finer residual stresses."""
+    assert search.gap is not None
+    more = 3 if way.depth[-1] > SLENDER else 0
+
+    def below(found: _Found, sizes: tuple[int, int, int]) -> _Found:
+        space = ResidualSpace.around(way, sizes[0], sizes[1], sizes[2] + more)
+        enough = (1 - search.gap) * found.upper
+        return found.with_lower(lower_bound(way, space, enough, search.report))
+
+    found = below(found, SPLINES)
+    for sizes in MESHES:
+        if found.gap <= search.gap:
+            return found
+        found = found.with_upper(upper_bound(way, flow_mesh(way, *sizes), search.report))
+    if found.gap > search.gap:
+        found = below(found, FINER_SPLINES)
+    return found
