@@ -23,6 +23,7 @@ ORDER = (
     {"results", "plotting", "io"},
     {"solving"},
     {"study", "data"},
+    {"plasticity"},
     {"kinematics"},
     {"wheel_rail"},
     {"energy", "cli", "__init__", "__main__"},
@@ -50,6 +51,7 @@ CONVENIENCE = {
     },
     "results.frequency": {"plotting.frequency"},
     "results.history": {"io.history", "plotting.history"},
+    "plasticity.limits": {"plasticity.plots"},
     "wheel_rail.profile": {"wheel_rail.plots"},
     "wheel_rail.result": {"wheel_rail.plots"},
 }

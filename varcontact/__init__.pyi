@@ -28,6 +28,7 @@ from .plotting.frequency import plot_growth
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison, plot_curve
 from .plasticity.limits import Shakedown, shakedown
+from .plasticity.plots import plot_shakedown_map
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from .results.error_estimate import ErrorEstimate
 from .results.frequency import FrequencyResponse, HarmonicSolution, corrugation_growth
@@ -152,6 +153,7 @@ __all__ = [
     "plot_comparison",
     "plot_curve",
     "plot_growth",
+    "plot_shakedown_map",
     "plot_stress",
     "program",
     "read_contact_input",

@@ -176,7 +176,6 @@ _Sum = Callable[[str], Any]
 
 def _combined(sums: np.ndarray, z: np.ndarray | float, G: float, nu: float) -> ElasticField:
     """The field from the sums of the potentials' derivatives by each of the three tractions."""
-
     along_x = _tangential(_by_kind(sums[:, 0]), z, nu)
     along_y = _tangential(_by_kind(sums[:, 1], exchange=True), z, nu)
     turned = (along_y[0][Y_FIRST], along_y[1][Y_FIRST][:, Y_FIRST], _turned(along_y[2]))

@@ -197,24 +197,17 @@ class Families:
 def families(passage: Passage) -> Families:
     """Both upper bounds, the kinematic limit, and the lower bound by rho_xx."""
     nz, ny, nx, _ = passage.curves.shape
-    flat = passage.curves.reshape(nz * ny, nx, 5)
-    few = thinned(flat)
-    # alternating plasticity: all points roughly, then those with the largest balls
-    balls = smallest_balls(few, ANY, SEARCH_STEPS)
-    chosen = np.argsort(-balls.most)[:CANDIDATES]
-    fine = smallest_balls(flat[chosen], ANY, FINE_STEPS)
-    largest = int(fine.least.argmax())
-    centres = balls.centres.copy()
-    centres[chosen] = fine.centres
-    alternating = _mechanism(passage, fine, largest, int(chosen[largest]))
-    kinematic, kinematic_sampled = _lower(passage, centres.reshape(nz, ny, 5))
-    # sliding of the surface
-    sliding = smallest_balls(passage.curves[0], IN_PLANE, FINE_STEPS)
-    first = int(sliding.least.argmax())
-    surface = _mechanism(passage, sliding, first, first)
-    # rho_xx alone
-    axial_balls = smallest_balls(few, AXIAL, SEARCH_STEPS)
-    axial, axial_sampled = _lower(passage, axial_balls.centres.reshape(nz, ny, 5))
+    alternating, surface, centres = mechanisms(passage)
+    kinematic, kinematic_sampled = _lower(passage, centres)
+    # rho_xx alone, and no residual stress
+    few = thinned(passage.curves.reshape(nz * ny, nx, 5))
+    axial_centres = smallest_balls(few, AXIAL, SEARCH_STEPS).centres.reshape(nz, ny, 5)
+    axial, axial_sampled = _lower(passage, axial_centres)
+    none, none_sampled = _lower(passage, 0 * centres)
+    if none > axial:
+        axial = none
+        axial_sampled = none_sampled
+        axial_centres = 0 * centres
     return Families(
         elastic=passage.elastic_limit,
         alternating=alternating,
@@ -223,9 +216,30 @@ def families(passage: Passage) -> Families:
         kinematic_sampled=kinematic_sampled,
         axial=axial,
         axial_sampled=axial_sampled,
-        back_stress=-kinematic * centres.reshape(nz, ny, 5),
-        axial_stress=-axial * axial_balls.centres.reshape(nz, ny, 5),
+        back_stress=-kinematic * centres,
+        axial_stress=-axial * axial_centres,
     )
+
+
+def mechanisms(passage: Passage) -> tuple[Mechanism, Mechanism, np.ndarray]:
+    """Both upper bounds, alternating plasticity and sliding of the surface, and the centres (nz,
+    ny, 5) of the smallest balls.
+    """
+    nz, ny, nx, _ = passage.curves.shape
+    flat = passage.curves.reshape(nz * ny, nx, 5)
+    # all points roughly, then those with the largest balls
+    balls = smallest_balls(thinned(flat), ANY, SEARCH_STEPS)
+    chosen = np.argsort(-balls.most)[:CANDIDATES]
+    fine = smallest_balls(flat[chosen], ANY, FINE_STEPS)
+    largest = int(fine.least.argmax())
+    centres = balls.centres
+    centres[chosen] = fine.centres
+    alternating = _mechanism(passage, fine, largest, int(chosen[largest]))
+    # sliding of the surface
+    sliding = smallest_balls(passage.curves[0], IN_PLANE, FINE_STEPS)
+    first = int(sliding.least.argmax())
+    surface = _mechanism(passage, sliding, first, first)
+    return alternating, surface, centres.reshape(nz, ny, 5)
 
 
 def _mechanism(passage: Passage, balls: Balls, number: int, point: int) -> Mechanism:

@@ -1,18 +1,19 @@
-"""Upper bounds on the load factor by Koiter's theorem: dissipation by work of a mechanism whose plastic
-strains add up, over a passage, to those of velocities u(y, z),
+"""Upper bounds on the load factor by Koiter's theorem: dissipation, divided by work, of a mechanism
+whose plastic strains add up, over a passage, to those of velocities u(y, z),
 
     lambda = sum k |g_j| / sum e(x_j) . g_j .
 
 Velocities are quadratic on triangles and zero at the edges of the section. Strains are then linear
-in a triangle, so that |g| is bounded by its corners, and e enters by means with the weights 3 N/area
-of the corners (Makrodimopoulos and Martin 2007, Int. J. Numer. Methods Eng. 69, 1). The program is
-solved in terms of stresses; velocities are the multipliers of equilibrium, made compatible by hand.
+in a triangle, so that |g| is bounded by its corners, and e enters by means with the weights of the
+corners, 3 N/area (Makrodimopoulos and Martin 2007, Int. J. Numer. Methods Eng. 69, 1). The program
+is solved in terms of stresses. Velocities are the multipliers of equilibrium, and strains are made
+compatible with them by hand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -84,6 +85,8 @@ class FlowField:
         Size of the net plastic strain, by all plastic strain.
     place : tuple of float
         Centre of dissipation: y and depth, divided by the half-width.
+    unit : float
+        Half the width of the contact [length].
     """
 
     factor: float
@@ -92,6 +95,7 @@ class FlowField:
     net: np.ndarray
     ratchet: float
     place: tuple[float, float]
+    unit: float
 
 
 def flow_mesh(passage: Passage, inside: int, outside: int, down: int) -> Mesh:
@@ -117,9 +121,7 @@ def _triangulated(y: np.ndarray, depth: np.ndarray, symmetric: bool) -> Mesh:
     ring = [each.ravel() for each in around]
     centre = len(lattice) + np.arange(ring[0].size)
     points = np.concatenate([lattice, (lattice[ring[0]] + lattice[ring[2]]) / 2])
-    triangles = [
-        np.stack([ring[side], ring[(side + 1) % 4], centre], axis=-1) for side in range(4)
-    ]
+    triangles = [np.stack([ring[side], ring[(side + 1) % 4], centre], axis=-1) for side in range(4)]
     corners = np.concatenate(triangles)
     # middles of the edges
     edges = np.concatenate([corners[:, [1, 2]], corners[:, [2, 0]], corners[:, [0, 1]]])
@@ -183,7 +185,10 @@ def upper_bound(passage: Passage, mesh: Mesh, report: Callable[[str], None]) -> 
             break
         _add_peaks(chosen, size)
     linear = _corner_means(passage, mesh, field, order=2).reshape(curves.shape)
-    return _certified(mesh, multipliers, samples, curves, linear, radius)
+    found = _certified(mesh, multipliers, samples, curves, linear, radius)
+    if found is None:
+        return None
+    return replace(found, unit=passage.unit)
 
 
 def _first_samples(curves: np.ndarray) -> np.ndarray:
@@ -287,7 +292,8 @@ def _certified(
     size = np.linalg.norm(strains, axis=1)
     dissipated = np.sum(size * radius[samples[:, 0]]) + np.sum(lacking * radius)
     if work < 0:
-        work, other = -work, -other
+        work = -work
+        other = -other
     certain = work - abs(work - other) / 4
     if certain <= 0 or np.abs(volume).sum() > 1e-3 * size.sum():
         return None
@@ -302,6 +308,7 @@ def _certified(
         net=net.sum(axis=0)[3:] / total,
         ratchet=float(np.linalg.norm(net, axis=1).sum() / total),
         place=(float(place[0]), float(place[1])),
+        unit=1.0,
     )
 
 

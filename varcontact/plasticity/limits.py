@@ -12,7 +12,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError
 from varcontact.html import Reported
-from varcontact.plasticity.balls import NET_STRAIN, Families, Mechanism, families
+from varcontact.plasticity.balls import NET_STRAIN, Families, Mechanism, families, mechanisms
 from varcontact.plasticity.koiter import FlowField, flow_mesh, upper_bound
 from varcontact.plasticity.line_contact import LineLimit, line_limit, line_passage
 from varcontact.plasticity.melan import LowerBound, lower_bound
@@ -47,6 +47,8 @@ SPLINES = (14, 5, 16)
 FINER_SPLINES = (20, 6, 20)
 MESHES = ((10, 4, 10), (16, 4, 14))
 """Rectangles of velocities, likewise."""
+SAME_LIMIT = 1e-3
+"""Difference of two limits that is none, relative."""
 SLENDER = 6.0
 """Depth of the section in half-widths from which it has a fifth more intervals."""
 
@@ -126,7 +128,7 @@ class Shakedown(Reported):
     ...     normal_force=80e3, friction=0.4, motion=vc.Steady(vx=-0.1), grid=vc.Grid(16, 16))
     >>> limit = vc.shakedown(vc.solve(scene), k=300.0, body="lower", gap=None)
     >>> print(f"{limit.upper:.2f}, {limit.mode}; yields at {limit.elastic:.2f}")
-    0.71, surface flow; yields at 0.64
+    0.71, surface flow; yields at 0.65
     """
 
     lower: float
@@ -247,7 +249,7 @@ def shakedown(
     A line contact without friction shakes down up to p0 = 4 k (Johnson 1962).
 
     >>> import varcontact as vc
-    >>> scene = vc.Scene(bodies=vc.Bodies(G=82e3, nu=0.3), surface=vc.Ellipse(a=1.0),
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=82e3, nu=0.3), surface=vc.Cylinders(R=100.0),
     ...                  normal_force=1000.0, grid=vc.Grid(nx=200))
     >>> limit = vc.shakedown(vc.solve(scene), k=300.0)
     >>> print(f"{limit.upper * limit.peak_pressure / 300.0:.2f}, {limit.mode}")
@@ -335,7 +337,7 @@ def _of_line(
         sampled=limit.sampled,
         elastic=limit.elastic,
         kinematic=(kinematic.lower, kinematic.upper),
-        mode=_mode_of_line(limit, solution),
+        mode=_mode_of_line(limit, kinematic, line.unit),
         place=0.0,
         depth=limit.depth,
         flow=limit.net,
@@ -349,13 +351,16 @@ def _of_line(
     )
 
 
-def _mode_of_line(limit: LineLimit, solution: Solution) -> Mode:
-    width = np.count_nonzero(solution.pressure.max(axis=0) > 0) * solution.grid.sides[0]
-    return _mode(limit.net, limit.depth / (width / 2))
+def _mode_of_line(limit: LineLimit, kinematic: LineLimit, unit: float) -> Mode:
+    """Alternating plasticity where hardening does not help; else by the net strain."""
+    if kinematic.upper < (1 + SAME_LIMIT) * limit.upper:
+        return "alternating plasticity"
+    return _mode(float(np.hypot(*limit.net)), limit.depth / unit)
 
 
-def _mode(net: np.ndarray, depth: float) -> Mode:
-    if np.hypot(*net) <= NET_STRAIN:
+def _mode(net: float, depth: float) -> Mode:
+    """By the net part of the plastic strain, and the depth in half-widths."""
+    if net <= NET_STRAIN:
         return "alternating plasticity"
     if depth <= SURFACE:
         return "surface flow"
@@ -375,8 +380,9 @@ def _of_load(solution: Solution, strength: Strength, depths: np.ndarray) -> dict
 def of_half_the_elements(solution: Solution) -> Solution:
     """The solution with tractions averaged over pairs of elements either way."""
     grid = solution.grid
-    ny, nx = grid.shape
-    along_y = 1 if grid.line else 2
+    along_y = 2
+    if grid.line:
+        along_y = 1
     pressure = _averaged(solution.pressure, along_y)
     dx, dy = grid.sides
     coarse = Grid(nx=pressure.shape[1], dx=2 * dx, x0=float(grid.x[0] - dx / 2))
@@ -420,7 +426,9 @@ def _of_point(solution: Solution, side: int, strength: Strength, search: Search)
     if search.elastic is None:
         half = of_half_the_elements(solution)
         alone = _passage(half, side, strength, search, ELEMENTS_OF_FAMILIES, across / 2)
-        error = abs(_least(families(alone), search).factor / _least(closed, search).factor - 1)
+        alternating, surface, _ = mechanisms(alone)
+        change = _least(alternating, surface, search).factor
+        error = abs(change / _least(closed.alternating, closed.surface, search).factor - 1)
     found = _Found.closed(closed, coarse, search)
     if search.gap is not None and found.gap > search.gap:
         fine = _passage(solution, side, strength, search, ELEMENTS, across)
@@ -435,7 +443,7 @@ def _of_point(solution: Solution, side: int, strength: Strength, search: Search)
         sampled=found.sampled,
         elastic=found.families.elastic,
         kinematic=kinematic,
-        mode=_mode(found.net, found.place[1]),
+        mode=found.mode,
         place=found.place[0] * way.unit,
         depth=found.place[1] * way.unit,
         flow=found.net,
@@ -466,11 +474,11 @@ def _passage(
     return whole
 
 
-def _least(closed: Families, search: Search) -> Mechanism:
+def _least(alternating: Mechanism, surface: Mechanism, search: Search) -> Mechanism:
     """The lower one of the upper bounds of closed form."""
-    if search.hardening == "kinematic" or closed.alternating.factor < closed.surface.factor:
-        return closed.alternating
-    return closed.surface
+    if search.hardening == "kinematic" or alternating.factor < surface.factor:
+        return alternating
+    return surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -492,7 +500,7 @@ class _Found:
     @classmethod
     def closed(cls, closed: Families, way: Passage, search: Search) -> _Found:
         """Bounds of closed form."""
-        least = _least(closed, search)
+        least = _least(closed.alternating, closed.surface, search)
         lower = closed.axial
         sampled = closed.axial_sampled
         stress = closed.axial_stress
@@ -514,20 +522,27 @@ class _Found:
     def gap(self) -> float:
         return 1 - self.lower / self.upper
 
+    @property
+    def mode(self) -> Mode:
+        """By the net strain; velocities of a section may turn, so that their sum says less."""
+        if self.mechanism is None:
+            return _mode(float(np.hypot(*self.net)), self.place[1])
+        return _mode(self.mechanism.ratchet, self.place[1])
+
     def with_lower(self, bound: LowerBound) -> _Found:
         """With a lower bound, if it is better."""
         found = replace(self, sampled=max(self.sampled, bound.sampled))
         if bound.factor <= self.lower:
             return found
-        return replace(
-            found, lower=bound.factor, residual=bound.residual, utilised=bound.largest
-        )
+        return replace(found, lower=bound.factor, residual=bound.residual, utilised=bound.largest)
 
     def with_upper(self, flow: FlowField | None) -> _Found:
         """With an upper bound, if it is better."""
         if flow is None or flow.factor >= self.upper:
             return self
-        net = flow.net * min(1.0, flow.ratchet / max(float(np.hypot(*flow.net)), 1e-12))
+        net = flow.net.copy()
+        if self.passage.symmetric:  # the other half flows the other way
+            net[1] = 0.0
         return replace(self, upper=flow.factor, place=flow.place, net=net, mechanism=flow)
 
     def section(self, strength: Strength) -> Section:
@@ -553,18 +568,23 @@ class _Found:
 def _by_programs(found: _Found, way: Passage, search: Search) -> _Found:
     """Bounds by programs: residual stresses, velocities on two meshes, finer residual stresses."""
     assert search.gap is not None
-    more = 3 if way.depth[-1] > SLENDER else 0
+    more = 0
+    if way.depth[-1] > SLENDER:
+        more = 3
 
     def below(found: _Found, sizes: tuple[int, int, int]) -> _Found:
         space = ResidualSpace.around(way, sizes[0], sizes[1], sizes[2] + more)
         enough = (1 - search.gap) * found.upper
         return found.with_lower(lower_bound(way, space, enough, search.report))
 
+    def ended(found: _Found) -> bool:
+        """True where the gap is closed, or nothing but what lies between samples keeps it open."""
+        return found.gap <= search.gap or found.sampled > (1 - search.gap / 4) * found.upper
+
     found = below(found, SPLINES)
     for sizes in MESHES:
-        if found.gap <= search.gap:
-            return found
-        found = found.with_upper(upper_bound(way, flow_mesh(way, *sizes), search.report))
-    if found.gap > search.gap:
+        if not ended(found):
+            found = found.with_upper(upper_bound(way, flow_mesh(way, *sizes), search.report))
+    if not ended(found):
         found = below(found, FINER_SPLINES)
     return found

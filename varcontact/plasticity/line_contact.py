@@ -1,5 +1,5 @@
-"""Shakedown of line contacts: residual stress depends on the depth alone, so that each depth has its
-own limit, the smallest ball about its curve; the least of all is the limit from both sides.
+"""Shakedown of line contacts: residual stress depends on the depth alone, so that each depth has
+its own limit, the smallest ball about its curve; the least of all is the limit from both sides.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from varcontact.plasticity.passage import (
     Strength,
     coordinates,
     divided,
+    into_body,
     loaded_part,
 )
 from varcontact.plasticity.remainder import excess
@@ -121,7 +122,9 @@ def line_passage(
 @one_blas_thread()
 def line_limit(line: LinePassage, strength: Strength, hardening: str) -> LineLimit:
     """The shakedown limit of a line contact."""
-    free = ANY if hardening == "kinematic" else IN_PLANE
+    free = IN_PLANE
+    if hardening == "kinematic":
+        free = ANY
     # all depths, then closer ones beside the least limit
     depths = DEPTHS * line.unit
     first = smallest_balls(_by_yield(line, depths, strength), free, FINE_STEPS)
@@ -179,7 +182,10 @@ def _strip_curves(field: BodyField, load: np.ndarray, grid: Grid, beyond: int) -
         for number, depth in enumerate(depths):
             near = depth < NEAR_SURFACE * dx
             table = _strip_table(field, distances, depth, grid, near)
-            product = fft.rfft(table, length) * (spectrum if near else smooth_spectrum)[:, None]
+            tractions = smooth_spectrum
+            if near:
+                tractions = spectrum
+            product = fft.rfft(table, length) * tractions[:, None]
             whole = fft.irfft(product.sum(axis=0), length)
             values[number] = whole[:, count - 1 : 2 * count - 1 + 2 * beyond].T
         return values
@@ -214,7 +220,7 @@ def _graded_places() -> np.ndarray:
 
 def _given_curves(elastic: ElasticStress, x: np.ndarray, side: int) -> Curves:
     """Curves of a stress field of the user's."""
-    into = 1.0 if side == 1 else -1.0
+    into = into_body(side)
     signs = np.array([1.0, 1.0, 1.0, into, into])
 
     def curves(depths: np.ndarray) -> np.ndarray:

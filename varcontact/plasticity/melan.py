@@ -1,5 +1,5 @@
-"""Lower bounds on the load factor by Melan's theorem: the largest one for which some residual stress
-keeps the whole passage within the yield surface,
+"""Lower bounds on the load factor by Melan's theorem: the largest one for which some residual
+stress keeps the whole passage within the yield surface,
 
     max lambda:   |lambda e(x; y, z) + r(y, z)| <= k   for all x, y, z.
 
@@ -95,10 +95,8 @@ def lower_bound(
             cones=int(chosen.sum()),
         )
         gained = best is None or found.factor > STALLED * best.factor
-        if closing and not gained:
-            stalled += 1
-        if best is None or found.factor > best.factor:
-            best = found
+        stalled += closing and not gained
+        best = _better(best, found)
         report(f"program {number} of the lower bound, {found.cones} cones: {best.factor:.4g}")
         if between.max() < 1 + TOLERANCE or best.factor >= enough or stalled > 2:
             break
@@ -112,6 +110,12 @@ def lower_bound(
             _add_worst(chosen, size)
     assert best is not None
     return replace(best, sampled=sampled, rounds=number)
+
+
+def _better(best: LowerBound | None, found: LowerBound) -> LowerBound:
+    if best is None or found.factor > best.factor:
+        return found
+    return best
 
 
 def _first_samples(passage: Passage, space: ResidualSpace) -> np.ndarray:

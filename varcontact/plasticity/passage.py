@@ -168,8 +168,7 @@ def passage(
 
 def loaded_part(solution: Solution, side: int) -> tuple[np.ndarray, Grid]:
     """Tractions (3, ny, nx) on a body, and their elements, with one more all around."""
-    sign = 1.0 if side == 1 else -1.0
-    load = np.concatenate([sign * solution.traction, solution.pressure[None]])
+    load = np.concatenate([into_body(side) * solution.traction, solution.pressure[None]])
     grid = solution.grid
     dx, dy = grid.sides
     rows, columns = np.nonzero(solution.pressure > 0)
@@ -224,11 +223,16 @@ def _samples(places: np.ndarray, first: float, last: float) -> np.ndarray:
     return np.concatenate([left, middle, right])
 
 
+def into_body(side: int) -> float:
+    """Direction of z into a body."""
+    return {1: 1.0, 2: -1.0}[side]
+
+
 def _given_curves(
     elastic: ElasticStress, x: np.ndarray, y: np.ndarray, depth: np.ndarray, side: int
 ) -> np.ndarray:
     """The five coordinates of a stress field of the user's."""
-    into = 1.0 if side == 1 else -1.0
+    into = into_body(side)
     z, across, along = np.meshgrid(into * depth, y, x, indexing="ij")
     points = np.stack([along, across, z])
     stress = checks.numbers("elastic", elastic(points))

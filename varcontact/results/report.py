@@ -73,6 +73,10 @@ def _loads(sol: Solution) -> Rows:
         return rows
     rows += [("creepage" if sol.motion.rolls else "rigid shift", _rigid_motion(sol))]
     rows += [("tangential force", _tangential_force(sol))]
+    largest = float(np.hypot(*sol.traction).max())
+    if largest > 0:
+        share = f"{largest / float(sol.pressure.max()):.4g} of the largest pressure"
+        rows.append(("largest traction", share))
     rows += [("twisting moment", _twisting_moment(sol))]
     if not sol.plan.has_moment and sol.creepage[2]:
         unknown = f"unknown: {sol.plan.tangential} has no moment, which spin works against"

@@ -5,7 +5,7 @@ radians, velocities in mm/s.
 """
 
 from varcontact.wheel_rail.contact_input import read_contact_input
-from varcontact.wheel_rail.damage import Shakedown, shakedown, wear_down, worn_profile
+from varcontact.wheel_rail.damage import JohnsonDiagram, johnson_diagram, wear_down, worn_profile
 from varcontact.wheel_rail.doubts import CoarseElements, ConformalContact, RoughProfile
 from varcontact.wheel_rail.geometry_table import (
     GeometryTable,
@@ -34,6 +34,10 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
+Shakedown = JohnsonDiagram
+shakedown = johnson_diagram
+"""Former names of Johnson's diagram; `varcontact.shakedown` bounds the limit itself."""
+
 __all__ = [
     "Archard",
     "ArchardMap",
@@ -46,6 +50,7 @@ __all__ = [
     "FrictionByAngle",
     "GeometryTable",
     "Irregularity",
+    "JohnsonDiagram",
     "PatchSolution",
     "PatchWear",
     "Position",
@@ -66,6 +71,7 @@ __all__ = [
     "equivalent_conicity",
     "fatigue_damage",
     "geometry_table",
+    "johnson_diagram",
     "read_contact_input",
     "rolling_radius_difference",
     "shakedown",

@@ -83,6 +83,7 @@ class CaseFile:
     options: dict[str, Any]  # keywords of `WheelOnRail.solve`
     archard: Archard | ArchardMap | None  # from the table ``[wear]``
     fast: bool = False  # whether cases are estimated, with the options of that
+    yield_in_shear: float | None = None  # of the rail, from the table ``[shakedown]``
 
 
 def read_case(path: str | Path) -> CaseFile:
@@ -131,6 +132,11 @@ def read_case(path: str | Path) -> CaseFile:
     if "wear" in table:
         archard = make("wear", Archard, table_of("wear", table.pop("wear")))
     case_type = WheelOnRail if sides else WheelSetOnTrack
+    strength = None
+    if "shakedown" in table:
+        entries = table_of("shakedown", table.pop("shakedown"))
+        check_keys("shakedown", entries, ("yield_in_shear",))
+        strength = checks.positive("shakedown.yield_in_shear", entries.get("yield_in_shear"))
     check_keys("", table, _names_of(case_type))
     # parts that all positions have in common, and entries that may vary
     _make_parts(table, folder)
@@ -145,7 +151,7 @@ def read_case(path: str | Path) -> CaseFile:
         else:
             cases.append(WheelSetOnTrack(**entries))
         numbers += [number] * max(1, len(sides))
-    return CaseFile(tuple(cases), tuple(numbers), options, archard)
+    return CaseFile(tuple(cases), tuple(numbers), options, archard, yield_in_shear=strength)
 
 
 def _names_of(kind: type[Any]) -> list[str]:
@@ -374,6 +380,8 @@ def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
     settings = [type(case.friction).__name__, file.options, file.archard]
     if file.fast:
         settings.append("fast")
+    if file.yield_in_shear is not None:
+        settings.append(file.yield_in_shear)
 
     def plain(value: Any) -> Any:
         if isinstance(value, np.ndarray):
@@ -446,6 +454,6 @@ def _rows(
         side = wheel.case.side
         texts += wheel.warnings
         of_wheel = row | {"side": side} | wheel_values(found, side, of_sets)
-        for k, figures in enumerate(wheel.quantities(file.archard), 1):
+        for k, figures in enumerate(wheel.quantities(file.archard, file.yield_in_shear), 1):
             rows.append({**of_wheel, "patch": k, **figures})
     return [{**each, "warnings": "; ".join(dict.fromkeys(texts))} for each in rows]

@@ -24,9 +24,14 @@ SAMPLE = 0.1
 
 
 @dataclass(frozen=True)
-class Shakedown:
-    """Place of a patch in the shakedown diagram, with estimated errors of forces
-    and peak pressure (NaN where these have none).
+class JohnsonDiagram:
+    """Place of a patch in Johnson's shakedown diagram, with estimated errors of forces and peak
+    pressure (NaN where these have none).
+
+    The diagram is that of a line contact in full slip: it takes Hertz's pressure, traction in one
+    direction all over, and a material that yields by Tresca. Where tractions cancel in the force
+    (spin, partial slip) it is not safe: `varcontact.shakedown` bounds the limit of the tractions
+    themselves, and ``yield_in_shear / (local * peak pressure)`` is an upper bound on it.
 
     Attributes
     ----------
@@ -40,6 +45,9 @@ class Shakedown:
         Fatigue Fract. Eng. Mater. Struct. 25 (2002) 899-909.
     utilised_error, index_error : float
         [-]
+    local : float
+        Largest traction, divided by the largest pressure [-]: at least `utilised`, and equal to it
+        in full slip along one direction.
     """
 
     utilised: float
@@ -47,11 +55,12 @@ class Shakedown:
     index: float
     utilised_error: float
     index_error: float
+    local: float
 
 
 @checks.named_options()
-def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
-    """A patch in the shakedown diagram.
+def johnson_diagram(solved: PatchSolution, yield_in_shear: float) -> JohnsonDiagram:
+    """A patch in Johnson's shakedown diagram.
 
     Parameters
     ----------
@@ -66,7 +75,7 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40),
     ...     wheelset=WheelSet(wheel=Profile.s1002()),
     ...     position=Position(y=3.0, yaw=0.003), vertical_force=80e3, dx=1.0, dy=1.0)
-    >>> found = shakedown(case.solve().patches[0], yield_in_shear=300.0)
+    >>> found = johnson_diagram(case.solve().patches[0], yield_in_shear=300.0)
     >>> print(f"{found.utilised:.2f}, {found.load_factor:.1f}, {found.index:.2f}")
     0.30, 4.8, 0.09
     """
@@ -86,12 +95,15 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     # the peak pressure
     factor = solved.peak_pressure / k
     index_error = utilised_error + solved.peak_pressure_error / solved.peak_pressure / factor
-    return Shakedown(
+    traction = solved.solution.traction
+    local = float(np.hypot(*traction).max() / solved.solution.pressure.max())
+    return JohnsonDiagram(
         utilised=utilised,
         load_factor=factor,
         index=utilised - 1 / factor,
         utilised_error=float(utilised_error),
         index_error=float(index_error),
+        local=local,
     )
 
 

@@ -142,6 +142,32 @@ def _wear_depth(worn: PatchWear) -> float:
     return float(worn.depth.max())
 
 
+def _utilised(worn: PatchWear) -> float:
+    Fx, Fs, FN = worn.solved.force
+    return math.hypot(Fx, Fs) / FN
+
+
+def _local_traction(worn: PatchWear) -> float:
+    solution = worn.solved.solution
+    largest = (solution.traction**2).sum(axis=0).max() ** 0.5
+    return float(largest / solution.pressure.max())
+
+
+MODES = ("surface flow", "subsurface ratchetting", "alternating plasticity")
+"""Modes of shakedown limits; in tables by their number, from 1."""
+
+
+def _of_shakedown(value: Callable[[Any], float]) -> Callable[[PatchWear], float]:
+    """A value of the shakedown limit; NaN without a yield stress."""
+
+    def exact(worn: PatchWear) -> float:
+        if worn.shakedown is None:
+            return math.nan
+        return value(worn.shakedown)
+
+    return exact
+
+
 def _wear_volume(worn: PatchWear) -> float:
     if worn.archard is None:
         return math.nan
@@ -293,6 +319,17 @@ QUANTITIES: tuple[Quantity, ...] = (
         error_column="error_track_Fz",
         panel=Panel("Vertical force [kN]", 1e-3, sweep=3),
     ),
+    Quantity(
+        name="utilised",
+        exact=_utilised,
+        fast=lambda patch, wheel: math.hypot(patch.force[0], patch.force[1]) / patch.force[2],
+        report=InReport(2, "tangential force {} of FN", ".3g", place=2),
+    ),
+    Quantity(
+        name="local_traction",
+        exact=_local_traction,
+        report=InReport(2, "traction up to {} of the largest pressure", ".3g", place=3),
+    ),
     # stress, energy and wear
     Quantity(
         name="peak_pressure",
@@ -327,6 +364,12 @@ QUANTITIES: tuple[Quantity, ...] = (
     ),
     Quantity(name="wear_depth", unit="mm", exact=_wear_depth),
     Quantity(name="wear_volume", unit="mm3/mm", exact=_wear_volume),
+    # shakedown of the rail, with a yield stress
+    Quantity(name="shakedown_lower", exact=_of_shakedown(lambda limit: limit.lower)),
+    Quantity(name="shakedown_upper", exact=_of_shakedown(lambda limit: limit.upper)),
+    Quantity(
+        name="shakedown_mode", exact=_of_shakedown(lambda limit: MODES.index(limit.mode) + 1.0)
+    ),
     # estimated errors against the continuum
     Quantity(name="error_Fx", unit="N", exact=lambda worn: worn.solved.error[0]),
     Quantity(name="error_Fs", unit="N", exact=lambda worn: worn.solved.error[1]),

@@ -13,11 +13,13 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import Reported
 from varcontact.kinematics import Frame
+from varcontact.plasticity.limits import Shakedown, shakedown
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.plausibility import warn
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.system.process import lazy_property
 from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.position import Position
 from varcontact.wheel_rail.quantities import exact_values, report_lines
@@ -206,13 +208,20 @@ class WheelForces:
         """Warnings of exact solutions; estimates have none."""
         return ()
 
-    def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
+    def quantities(
+        self,
+        archard: Archard | ArchardMap | None = None,
+        yield_in_shear: float | None = None,
+    ) -> list[dict[str, float]]:
         """Quantities of each patch, as in tables of wheels.
 
         Parameters
         ----------
         archard : Archard or ArchardMap, optional
             For depth and volume of wear.
+        yield_in_shear : float, optional
+            k of the rail [N/mm^2], for the shakedown limit, see `varcontact.shakedown`: bounds of
+            closed form, in about a second for each patch.
 
         Returns
         -------
@@ -294,13 +303,20 @@ class WheelRailSolution(WheelForces, Reported):
         prescribed = self.case.vertical_force is not None and self.case.with_friction
         return np.asarray(np.where([False, False, prescribed], found * 0.0, found))
 
-    def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
+    def quantities(
+        self,
+        archard: Archard | ArchardMap | None = None,
+        yield_in_shear: float | None = None,
+    ) -> list[dict[str, float]]:
         """Quantities of each patch, as in tables of wheels.
 
         Parameters
         ----------
         archard : Archard or ArchardMap, optional
             For depth and volume of wear.
+        yield_in_shear : float, optional
+            k of the rail [N/mm^2], for the shakedown limit, see `varcontact.shakedown`: bounds of
+            closed form, in about a second for each patch.
 
         Returns
         -------
@@ -319,7 +335,8 @@ class WheelRailSolution(WheelForces, Reported):
         >>> print(f"{patch['on_rail']:.1f} mm, {patch['FN']:.0f} N")
         -12.4 mm, 79825 N
         """
-        return [exact_values(each) for each in wear(self, archard).patches]
+        worn = wear(self, archard, yield_in_shear)
+        return [exact_values(each) for each in worn.patches]
 
     def report(self) -> str:
         """Forces of the wheel and of its patches, with their estimated errors
@@ -390,6 +407,8 @@ class PatchWear:
         Pressure times slip by distance rolled [N/mm^2]: `power_density` by the
         coefficient f. For constant f its integral is T-gamma / f. Where f is
         zero, it is that of the slip of the elements.
+    yield_in_shear : float or None
+        Needed for the shakedown limit alone [N/mm^2].
     """
 
     solved: PatchSolution
@@ -401,6 +420,14 @@ class PatchWear:
     power: float
     power_by_area: np.ndarray
     sliding: np.ndarray
+    yield_in_shear: float | None = None
+
+    @lazy_property
+    def shakedown(self) -> Shakedown | None:
+        """Shakedown limit of the rail by closed forms; None without a yield stress."""
+        if self.yield_in_shear is None:
+            return None
+        return shakedown(self.solved, self.yield_in_shear, "rail", gap=None)
 
     @property
     def depth(self) -> np.ndarray:
@@ -487,7 +514,11 @@ class Wear:
 
 
 @checks.named_options()
-def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) -> Wear:
+def wear(
+    found: WheelRailSolution,
+    archard: Archard | ArchardMap | None = None,
+    yield_in_shear: float | None = None,
+) -> Wear:
     """Indices of wear of a solved wheel on a rail.
 
     Parameters
@@ -495,6 +526,8 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
     found : WheelRailSolution
     archard : Archard or ArchardMap, optional
         For depths and volumes.
+    yield_in_shear : float, optional
+        k of the rail [N/mm^2], for `PatchWear.shakedown`.
 
     Examples
     --------
@@ -512,6 +545,9 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
     if archard is not None:
         checks.kind("archard", archard, Archard, ArchardMap)
         warn(plausibility.of_hardness(archard.hardness), stacklevel=2)
+    if yield_in_shear is not None:
+        yield_in_shear = checks.positive("yield_in_shear", yield_in_shear)
+        warn(plausibility.of_yield_stress(yield_in_shear), stacklevel=2)
     patches = []
     for each in found.patches:
         solution = each.solution
@@ -537,6 +573,7 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
             power=each.friction_power,
             power_by_area=density * rolled.speed / 1e3,
             sliding=sliding,
+            yield_in_shear=yield_in_shear,
         )
         patches.append(worn)
     return Wear(tuple(patches))

@@ -40,6 +40,7 @@ def sweep_wheel_sets(
     over: Mapping[str, Iterable[Any]],
     *,
     archard: Archard | ArchardMap | None = None,
+    yield_in_shear: float | None = None,
     fast: bool = False,
     workers: int = 1,
     executor: Executor | None = None,
@@ -58,6 +59,9 @@ def sweep_wheel_sets(
         ``{"position.y": [0.0, 2.0], "track.gauge": [1433.0, 1435.0], "vertical_force": [1e5]}``.
     archard : Archard or ArchardMap, optional
         For depth and volume of wear.
+    yield_in_shear : float, optional
+        k of the rails [N/mm^2], for bounds on the shakedown limit and its mode, see
+        `WheelRailSolution.quantities`.
     fast : bool
         Whether cases are estimated instead of solved.
     workers, executor
@@ -101,12 +105,15 @@ def sweep_wheel_sets(
     named = _cases_by_name(cases)
     if archard is not None:
         checks.kind("archard", archard, Archard, ArchardMap)
+    if yield_in_shear is not None:
+        yield_in_shear = checks.positive("yield_in_shear", yield_in_shear)
     fast = checks.flag("fast", fast)
     # all combinations of values, and the table of their solutions
     values = varied_values(over, numbers=False)
     points = [dict(zip(values, at, strict=True)) for at in product(*values.values())]
     made = [changed(case, point, "wheel set") for case in named.values() for point in points]
-    file = CaseFile(tuple(made), tuple(range(1, len(made) + 1)), methods, archard, fast)
+    numbers = tuple(range(1, len(made) + 1))
+    file = CaseFile(tuple(made), numbers, methods, archard, fast, yield_in_shear)
     table = solve_cases(file, store, progress, workers=workers, executor=executor)
     # dimensions of the dataset
     coordinates: dict[str, Any] = dict(values)

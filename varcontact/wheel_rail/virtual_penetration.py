@@ -155,9 +155,13 @@ class FastWheel(WheelForces):
         """(y, z) of a `patch` in the coordinates of the wheel's profile [mm]."""
         return self.case.on_wheel(patch.frame.origin, self.case.body(self.z))
 
-    def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
-        """See `WheelRailSolution.quantities`; an estimate has no errors, and no wear by `archard`:
-        NaN.
+    def quantities(
+        self,
+        archard: Archard | ArchardMap | None = None,
+        yield_in_shear: float | None = None,
+    ) -> list[dict[str, float]]:
+        """See `WheelRailSolution.quantities`; an estimate has no errors, no wear by `archard`, and
+        no shakedown limit by `yield_in_shear`: NaN.
         """
         return [fast_values(each, self) for each in self.patches]
 

@@ -71,11 +71,16 @@ class WheelSetSolution(WheelForces):
         """Left and right."""
         return self.left, self.right
 
-    def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
-        """See `WheelRailSolution.quantities`, with `archard` for wear; patches of the left wheel
-        come first.
+    def quantities(
+        self,
+        archard: Archard | ArchardMap | None = None,
+        yield_in_shear: float | None = None,
+    ) -> list[dict[str, float]]:
+        """See `WheelRailSolution.quantities`, with `archard` for wear and `yield_in_shear` for the
+        shakedown limit; patches of the left wheel come first.
         """
-        return [*self.left.quantities(archard), *self.right.quantities(archard)]
+        left = self.left.quantities(archard, yield_in_shear)
+        return [*left, *self.right.quantities(archard, yield_in_shear)]
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -1,0 +1,298 @@
+"""Shakedown limits: closed forms, theorems, symmetries, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.plasticity.fields import ellipse, line, mcewen
+from tests.plasticity.march import marched
+from varcontact.errors import NotConverged, SceneError
+from varcontact.plasticity.balls import ANY, AXIAL, smallest_balls
+from varcontact.plasticity.koiter import flow_mesh, upper_bound
+from varcontact.plasticity.limits import of_half_the_elements
+from varcontact.plasticity.melan import lower_bound
+from varcontact.plasticity.passage import coordinates, passage
+from varcontact.plasticity.residual_stress import ResidualSpace
+
+LINE = {(0.0, 0.3): 4.0, (0.1, 0.3): 3.5642, (0.2, 0.5): 3.2024, (0.3, 0.3): 2.8996}
+SURFACE = {(0.4, 0.3): 2.316, (0.5, 0.3): 1.882, (0.4, 0.5): 2.5, (0.5, 0.5): 2.0}
+
+
+def quiet(stage):
+    pass
+
+
+def ones(depth):
+    return np.ones_like(depth)
+
+
+def exact_line(f, nu, **options):
+    return vc.shakedown(line(f, nu, n=20), 0.5 / (1 - nu), elastic=mcewen(f, nu), **options)
+
+
+@pytest.fixture(scope="module")
+def sliding():
+    return ellipse(f=0.3)
+
+
+@pytest.mark.parametrize(("f", "nu"), LINE)
+def test_line_contacts_ratchet_below_the_surface_at_the_largest_shear_stress(f, nu):
+    """Johnson (1962): the limit is 1/max|sxz|, from both sides."""
+    limit = exact_line(f, nu)
+    assert limit.lower == pytest.approx(LINE[f, nu], rel=2e-4)
+    assert limit.upper == pytest.approx(LINE[f, nu], rel=2e-4)
+    assert limit.lower <= limit.upper
+
+
+@pytest.mark.parametrize(("f", "nu"), SURFACE)
+def test_line_contacts_flow_at_the_surface_below_one_by_f_unless_incompressible(f, nu):
+    limit = exact_line(f, nu)
+    assert limit.upper == pytest.approx(SURFACE[f, nu], rel=5e-4)
+    assert limit.lower == pytest.approx(SURFACE[f, nu], rel=4e-3)
+    assert limit.depth < 0.02
+
+
+def test_line_contact_by_its_own_tractions():
+    """First order or better in the strips; the change by half of them is of that size."""
+    limit = vc.shakedown(line(0.2), 0.5 / 0.7)
+    assert limit.upper == pytest.approx(3.2024, rel=1e-3)
+    assert limit.field_error < 1e-3
+    assert limit.mode == "subsurface ratchetting"
+    # rho_zz and rho_xz are zero: each depth for itself
+    assert np.all(limit.section.stress[2, 0] == 0)
+
+
+@pytest.mark.parametrize(("f", "nu"), [(0.0, 0.3), (0.2, 0.3), (0.3, 0.5), (0.4, 0.3)])
+def test_lower_bounds_by_an_elastic_plastic_march(f, nu):
+    """Thirty passages: plastic strain dies out a little below the limit, and goes on above it."""
+    limit = exact_line(f, nu)
+    every = limit.critical[::8]
+    below = marched(0.98 * limit.lower * every, nu)
+    above = marched(1.03 * limit.upper * every, nu)
+    assert below[-1] <= 1e-9
+    assert above[-1] > 1e-3
+
+
+def test_smallest_balls():
+    """Of a circle its radius; with one free component the distance from a line."""
+    angle = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    circle = np.zeros((2, 60, 5))
+    circle[0, :, 1] = 3 + 2 * np.cos(angle)
+    circle[0, :, 3] = 4 + 2 * np.sin(angle)
+    circle[1] = circle[0] / 2
+    balls = smallest_balls(circle, ANY, 400)
+    # the origin, the load far away, belongs to each: 5 from the centre
+    assert balls.least[0] == pytest.approx(3.5, rel=1e-3)
+    assert balls.most[0] == pytest.approx(3.5, rel=1e-3)
+    assert np.all(balls.least <= balls.most + 1e-12)
+    axial = smallest_balls(circle[:1], AXIAL, 400)
+    assert axial.least[0] == pytest.approx(6.0, rel=1e-2)
+
+
+def test_circle_without_friction():
+    """Exact field: 4.6753; bounds of closed form are from above on a grid."""
+    limit = vc.shakedown(ellipse(n=40), 1.0, gap=None)
+    assert limit.upper * limit.peak_pressure == pytest.approx(4.6753, rel=8e-3)
+    assert limit.mode == "alternating plasticity"
+    assert limit.depth == pytest.approx(0.35, abs=0.03)
+    assert limit.lower < limit.kinematic[0] <= limit.kinematic[1] == limit.upper
+
+
+def test_programs_close_the_gap(sliding):
+    stages = []
+    limit = vc.shakedown(sliding, 1.0, gap=0.025, progress=stages.append)
+    assert limit.gap <= 0.025
+    assert 3.24 < limit.lower <= limit.sampled <= limit.upper * 1.0001
+    assert limit.upper <= 1.0001 / limit.local / limit.peak_pressure
+    assert limit.mode == "surface flow"
+    assert limit.flow[0] == pytest.approx(1.0, abs=0.02) or limit.flow[0] < -0.98
+    assert any("lower bound" in stage for stage in stages)
+
+
+def test_no_bound_crosses_k_by_the_largest_traction():
+    """A theorem: a thin layer slides where the traction reaches k."""
+    for motion in ({"Fx": 0.4}, {"spin": 2.0}, {"vx": 0.3, "vy": 0.3}):
+        limit = vc.shakedown(ellipse(f=0.4, **motion), 1.0, gap=None)
+        assert limit.lower <= limit.upper <= (1 + 1e-9) / limit.local / limit.peak_pressure
+
+
+def test_factors_scale_with_the_yield_stress(sliding):
+    once = vc.shakedown(sliding, 1.0, gap=None)
+    twice = vc.shakedown(sliding, 2.0, gap=None)
+    for name in ("lower", "upper", "elastic"):
+        assert getattr(twice, name) == pytest.approx(2 * getattr(once, name), rel=1e-9)
+    assert once.outcome == "shakes down" or once.outcome == "elastic"
+    assert vc.shakedown(sliding, 0.25, gap=None).outcome == "surface flow"
+
+
+def test_both_bodies_alike_without_friction():
+    solution = ellipse()
+    limits = [vc.shakedown(solution, 1.0, body, gap=None) for body in ("upper", "lower")]
+    assert limits[0].upper == pytest.approx(limits[1].upper, rel=1e-12)
+
+
+def test_mirror_images_have_the_same_limits():
+    solution = ellipse(f=0.4, spin=1.5, vy=0.1)
+    traction = solution.traction[:, ::-1] * np.array([1.0, -1.0])[:, None, None]
+    mirrored = replace(solution, traction=traction, pressure=solution.pressure[::-1])
+    limits = [vc.shakedown(each, 1.0, gap=None) for each in (solution, mirrored)]
+    assert limits[0].upper == pytest.approx(limits[1].upper, rel=1e-6)
+    assert limits[0].lower == pytest.approx(limits[1].lower, rel=1e-6)
+    assert limits[0].place == pytest.approx(-limits[1].place, abs=1e-9)
+
+
+def test_case_hardening(sliding):
+    """Constant values by depth are a number; a hard layer lets the core decide."""
+    plain = vc.shakedown(sliding, 1.0, gap=None)
+    same = vc.shakedown(sliding, ([0.0, 10.0], [1.0, 1.0]), gap=None)
+    assert same.upper == pytest.approx(plain.upper, rel=1e-12)
+    hard = vc.shakedown(sliding, lambda depth: np.where(depth < 0.1, 2.0, 1.0), gap=None)
+    assert plain.upper < hard.upper < 2 * plain.upper
+    assert hard.depth > 0.1
+
+
+def test_own_field_in_place_of_that_of_the_tractions(sliding):
+    """A field without shear at depths that grows to the middle: uniaxial, its limit is by hand."""
+
+    def compressed(points):
+        x, y, z = points
+        stress = np.zeros((3, 3, *x.shape))
+        stress[0, 0] = -3.0 * np.exp(-(x**2 + y**2 + (z + 1.0) ** 2))
+        return stress
+
+    field = vc.shakedown(sliding, 1.0, gap=None, elastic=compressed)
+    assert np.isnan(field.field_error)
+    # sxx alone: |e| = 3/sqrt(3) at first yield, and half of the range about the centre
+    assert field.elastic == pytest.approx(1 / np.sqrt(3), rel=1.5e-2)
+    assert field.upper == pytest.approx(2 / np.sqrt(3), rel=1.5e-2)
+    assert field.lower == pytest.approx(field.upper, rel=3e-2)
+
+
+@pytest.mark.slow
+def test_a_layer_of_the_same_material():
+    bodies = vc.Bodies(1.0, 0.3)
+    layered = vc.Layered([vc.Layer(h=0.3, G=1.0, nu=0.3)], base=(1.0, 0.3))
+    scene = vc.Scene(
+        bodies=bodies,
+        surface=vc.Paraboloids(1.0, 1.0),
+        normal_force=0.5,
+        grid=vc.Grid(nx=12, ny=12, dx=0.15, dy=0.15, x0=-0.9, y0=-0.9),
+    )
+    solution = vc.solve(scene)
+    plain = vc.shakedown(solution, 1.0, gap=None)
+    coated = replace(solution, scene=replace(scene, bodies=(bodies, layered)))
+    coated = vc.shakedown(coated, 1.0, gap=None)
+    assert coated.upper == pytest.approx(plain.upper, rel=2e-3)
+
+
+def test_surface_stresses_of_bilinear_tractions():
+    """Second order at the middle of a slipping circle: constant tractions err by the first."""
+    errors = []
+    for n in (12, 24, 48):
+        solution = ellipse(f=0.5, n=n)
+        way = passage(solution, 2, ones)
+        row = np.abs(way.y).argmin()
+        own = way.curves[0, row]
+        inside = np.abs(way.x) < 0.5
+        # Hamilton and Goodman (1966): sxx by traction alone rises as -(3 + nu/4) pi/4 ... x
+        slope = np.polyfit(way.x[inside], own[inside, 1], 1)[0]
+        errors.append(slope)
+    assert abs(errors[2] - errors[1]) < 0.4 * abs(errors[1] - errors[0])
+    # the surface's shear stress is the traction itself
+    assert np.allclose(own[:, 3].min(), -0.5 * solution.pressure.max(), rtol=1e-9) or np.allclose(
+        own[:, 3].max(), 0.5 * solution.pressure.max(), rtol=1e-9
+    )
+
+
+@pytest.mark.slow
+def test_residual_stress_is_in_equilibrium_and_holds_between_samples():
+    solution = ellipse(f=0.2, n=16)
+    way = passage(solution, 2, ones, refined=2).half()
+    space = ResidualSpace.around(way, 10, 4, 12)
+    bound = lower_bound(way, space, 4.0, quiet)
+    rho = bound.residual
+    # no tractions at the surface
+    assert np.abs(rho[2, :, 0]).max() < 1e-9
+    # equilibrium by differences: it vanishes with their steps
+    y, z = way.y, way.depth
+    across = np.gradient(rho[1, 2], y, axis=1) + np.gradient(rho[2, 2], z, axis=0)
+    size = np.abs(np.gradient(rho[2, 2], z, axis=0))[2:-2, 2:-2].max()
+    assert np.abs(across[2:-2, 2:-2]).max() < 0.2 * size
+    # a closer lattice finds nothing beyond the yield surface but what the estimate allows
+    closer = passage(solution, 2, ones, refined=4).half()
+    residual = np.moveaxis(coordinates(rho), -1, 0)
+    interpolated = np.array(
+        [[np.interp(closer.y, way.y, row) for row in each] for each in residual]
+    )
+    total = bound.factor * closer.curves + np.moveaxis(interpolated, 0, -1)[:, :, None]
+    assert np.linalg.norm(total, axis=-1).max() < 1.003
+
+
+@pytest.mark.slow
+def test_velocities_are_an_upper_bound():
+    solution = ellipse(f=0.2, n=16)
+    way = passage(solution, 2, ones, refined=2).half()
+    sizes = ((6, 3, 6), (10, 4, 10))
+    coarse, fine = (upper_bound(way, flow_mesh(way, *size), quiet) for size in sizes)
+    assert fine.factor < coarse.factor
+    assert fine.ratchet > 0.9
+    bound = lower_bound(way, ResidualSpace.around(way, 10, 4, 12), 0.97 * fine.factor, quiet)
+    assert bound.factor <= bound.sampled <= fine.factor
+
+
+def test_half_the_elements_carry_the_same_load(sliding):
+    half = of_half_the_elements(sliding)
+    assert half.pressure.sum() * half.grid.area == pytest.approx(sliding.normal_force, rel=1e-12)
+    assert half.grid.sides[0] == pytest.approx(2 * sliding.grid.sides[0])
+
+
+def test_report_and_pictures(sliding):
+    limit = vc.shakedown(sliding, 1.0, gap=None, hardening="kinematic")
+    assert limit.lower == limit.kinematic[0]
+    words = limit.report()
+    assert "largest traction 0.300" in words
+    assert "load factor" in words
+    assert len(limit.plot().axes) >= 2
+    figure = vc.plot_shakedown_map({"circle": limit})
+    assert "circle" in [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+
+
+REFUSED = {
+    "k": [0.0, -1.0, "steel", 1e-4, [1.0], ([0.0, 1.0], [1.0]), ([1.0, 0.0], [1.0, 1.0])],
+    "body": ["rail", 3],
+    "hardening": ["isotropic"],
+    "gap": [0.0, -0.1],
+    "elastic": [3.0, lambda points: points],
+    "progress": [1],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [(name, value) for name, values in REFUSED.items() for value in values]
+)
+def test_what_is_refused(sliding, name, value):
+    with pytest.raises(SceneError, match=name):
+        vc.shakedown(**{"solution": sliding, "k": 1.0, "gap": None, name: value})
+
+
+def test_a_yield_stress_in_another_unit(sliding):
+    with pytest.raises(SceneError, match="in the unit of the scene's pressures"):
+        vc.shakedown(sliding, 3e-4)
+
+
+def test_solutions_without_a_limit(sliding):
+    empty = replace(sliding, pressure=0 * sliding.pressure, traction=0 * sliding.traction)
+    with pytest.raises(SceneError, match="with contact"):
+        vc.shakedown(empty, 1.0)
+    with pytest.raises(NotConverged, match="has not converged"):
+        vc.shakedown(replace(sliding, converged=False), 1.0)
+    shifted = vc.solve(replace(sliding.scene, motion=vc.Shift(ux=0.1)))
+    with pytest.raises(SceneError, match="Steady"):
+        vc.shakedown(shifted, 1.0)
+    stuck = vc.solve(replace(sliding.scene, friction=np.inf, motion=vc.Steady(vx=0.01)))
+    with pytest.raises(SceneError, match="friction"):
+        vc.shakedown(stuck, 1.0)
+    with pytest.raises(SceneError, match="solution"):
+        vc.shakedown("contact", 1.0)

@@ -1,0 +1,160 @@
+"""Pictures of shakedown limits: the map, the section, and the critical curve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from varcontact import checks
+from varcontact.plasticity.limits import Shakedown
+from varcontact.plotting import style
+
+MAP = np.array(
+    [
+        [0.0, 4.0000, 4.000],
+        [0.1, 3.5642, 3.986],
+        [0.2, 3.2024, 3.944],
+        [0.3, 2.8996, 3.150],
+        [0.35, 2.637, 2.733],
+        [0.4, 2.316, 2.404],
+        [0.5, 1.882, 1.935],
+    ]
+)
+"""Friction, and p0/k of line contacts in full slip, nu = 0.3, von Mises: without hardening, and
+with unlimited kinematic hardening; by `python -m tests.benchmarks shakedown line`."""
+
+
+SMALL_FLOW = 0.08
+"""Velocity, by the largest, below which none is drawn."""
+
+
+@checks.named_options()
+def plot_shakedown_map(
+    limits: Mapping[str, Shakedown],
+    *,
+    ax: Axes | None = None,
+    figsize: tuple[float, float] | None = None,
+) -> Figure:
+    """Peak pressure against the largest local traction, with the limit of each patch as a bar from
+    its lower to its upper bound.
+
+    Parameters
+    ----------
+    limits : mapping of str to Shakedown
+        By name.
+    ax, figsize
+        As for `Solution.plot`.
+
+    Returns
+    -------
+    matplotlib Figure
+        A patch whose point lies below its bar shakes down, above it does not. The curves are those
+        of line contacts in full slip (nu = 0.3), and Johnson's line 1/f.
+    """
+    if not isinstance(limits, Mapping):
+        limits = {"": limits}
+    for name, limit in limits.items():
+        checks.kind(f"limits[{name!r}]", limit, Shakedown)
+    with style.panel(ax, figsize, (style.COLUMN, style.COLUMN)) as (figure, drawn):
+        friction, perfect, kinematic = MAP.T
+        drawn.plot(friction, perfect, color="0.3", label="line contact, full slip")
+        drawn.plot(friction, kinematic, color="0.3", ls="--", label="with kinematic hardening")
+        beyond = np.linspace(0.2, 0.6, 41)
+        drawn.plot(beyond, 1 / beyond, color="0.6", ls=":", label="1/f")
+        for number, (name, limit) in enumerate(limits.items()):
+            colour = style.colour(number)
+            pressure = limit.peak_pressure / limit.strength
+            bounds = [limit.lower * pressure, limit.upper * pressure]
+            drawn.plot([limit.local] * 2, bounds, color=colour, lw=4, solid_capstyle="butt")
+            drawn.plot(limit.local, pressure, **style.look(number), ls="", label=name or None)
+        drawn.set(
+            xlabel="largest traction / largest pressure",
+            ylabel="largest pressure / k",
+            ylim=(0, None),
+            xlim=(-0.02, 0.6),
+        )
+        style.legend_below(drawn, columns=2)
+    return figure
+
+
+def plot_limit(limit: Shakedown, figsize: tuple[float, float] | None = None) -> Figure:
+    """The section with the residual stress and the net flow, and the critical curve with its
+    circle.
+    """
+    with style.styled():
+        figure, (section, curve) = style.new_figure(1, 2, (style.PAGE, 0.4 * style.PAGE), figsize)
+        if limit.section.y.size > 1:
+            _draw_section(section, limit)
+        else:
+            _draw_depths(section, limit)
+        _draw_curve(curve, limit)
+    return figure
+
+
+def _draw_section(ax: Axes, limit: Shakedown) -> None:
+    """Residual stress along x by k, and velocities of the mechanism or the place of the limit."""
+    section = limit.section
+    shown = section.stress[0, 0] / limit.strength
+    largest = max(float(np.abs(shown).max()), 1e-9)
+    levels = np.linspace(-largest, largest, 21)
+    image = ax.contourf(section.y, section.depth, shown, levels, cmap="RdBu_r")
+    name = {"none": "residual stress", "kinematic": "back stress"}[limit.hardening]
+    style.colour_bar(ax, image, f"{name} $\\rho_{{xx}}/k$")
+    ax.plot(limit.place, limit.depth, "k+", markersize=9, clip_on=False, label=limit.mode)
+    if limit.mechanism is not None:
+        _draw_velocities(ax, limit)
+    half = 0.4 * np.ptp(section.y) / 2
+    middle = float(section.y.mean())
+    window = {"xlim": (middle - half, middle + half), "ylim": (float(section.depth[-1]) / 2.5, 0)}
+    ax.set(xlabel="y", ylabel="depth", **window)
+    style.legend_below(ax, columns=2)
+
+
+def _draw_velocities(ax: Axes, limit: Shakedown) -> None:
+    """Net displacement along x as contours, across it as arrows where it counts."""
+    flow: Any = limit.mechanism
+    y, depth = flow.mesh.places.T * flow.unit
+    velocity = flow.velocity
+    if flow.mesh.places[:, 0].min() >= 0:  # half of a symmetric section
+        y = np.concatenate([-y, y])
+        depth = np.concatenate([depth, depth])
+        velocity = np.concatenate([velocity * [[1], [-1], [1]], velocity], axis=1)
+    if np.ptp(velocity[0]) > SMALL_FLOW:
+        levels = [-0.9, -0.7, -0.5, -0.3, -0.1, 0.1, 0.3, 0.5, 0.7, 0.9]
+        ax.tricontour(y, depth, velocity[0], levels, colors="k", linewidths=0.7)
+    shown = np.hypot(velocity[1], velocity[2]) > SMALL_FLOW
+    shown[::2] = False
+    if shown.any():
+        arrows = velocity[1:, shown]
+        ax.quiver(y[shown], depth[shown], arrows[0], -arrows[1], scale=3.0, width=0.004)
+
+
+def _draw_depths(ax: Axes, limit: Shakedown) -> None:
+    """Residual stresses of a line contact over the depth."""
+    section = limit.section
+    for number, name in ((0, "xx"), (1, "yy")):
+        stress = section.stress[number, number, :, 0] / limit.strength
+        ax.plot(stress, section.depth, label=f"$\\rho_{{{name}}}/k$")
+    ax.axhline(limit.depth, color="0.6", lw=0.6, label=limit.mode)
+    ax.set(xlabel="residual stress / k", ylabel="depth", ylim=(section.depth[-1], 0))
+    style.legend_below(ax, columns=3)
+
+
+def _draw_curve(ax: Axes, limit: Shakedown) -> None:
+    """The critical point's stresses at the upper bound, and the yield surface around the centre of
+    their smallest ball, in the plane of the two coordinates that vary most.
+    """
+    names = ("(s_{yy} - s_{zz})/2", "\\sqrt{3}\\, s_{xx}/2", "s_{xy}", "s_{xz}", "s_{yz}")
+    curve = limit.upper * limit.critical
+    first, second = np.sort(np.argsort(-np.ptp(curve, axis=0))[:2])
+    centre = limit.upper * limit.centre
+    ax.plot(curve[:, first], curve[:, second], label="elastic stress, a passage")
+    ax.add_patch(Circle((centre[first], centre[second]), 1.0, fill=False, color="0.5"))
+    ax.plot(centre[first], centre[second], "k+", label="minus the residual stress")
+    ax.set(xlabel=f"${names[first]}/k$", ylabel=f"${names[second]}/k$", aspect="equal")
+    style.legend_below(ax, columns=2)
