@@ -24,11 +24,11 @@ from .io.contact_input import read_contact_input
 from .io.contact_output import ContactOutput, read_contact_output
 from .io.contact_results import ContactResult, read_contact_result
 from .io.scene_toml import read_scene
+from .plasticity.limits import Shakedown, shakedown
+from .plasticity.plots import plot_shakedown_map
 from .plotting.frequency import plot_growth
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison, plot_curve
-from .plasticity.limits import Shakedown, shakedown
-from .plasticity.plots import plot_shakedown_map
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from .results.error_estimate import ErrorEstimate
 from .results.frequency import FrequencyResponse, HarmonicSolution, corrugation_growth
@@ -115,8 +115,8 @@ __all__ = [
     "Saturated",
     "Scene",
     "SceneError",
-    "ShearStrength",
     "Shakedown",
+    "ShearStrength",
     "Shift",
     "Sizes",
     "Solution",
