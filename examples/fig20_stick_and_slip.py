@@ -65,7 +65,10 @@ def main(
 ) -> dict[str, dict[str, vc.Solution]]:
     """Solve and draw the six cases."""
     cases = {title: solved(motion, cells) for title, motion in MOTIONS.items()}
-    figure, axes = plt.subplots(2, 6, figsize=(17, 6.4), layout="constrained")
+    margins = {"left": 0.03, "right": 0.99, "bottom": 0.1, "top": 0.94, "wspace": 0.06}
+    figure, axes = plt.subplots(
+        2, 6, figsize=(17, 6.4), sharex=True, sharey=True, gridspec_kw=margins
+    )
     print("alike with the exact theory: parabolic bound, Hertz's bound")
     for column, (title, found) in zip(axes.T, cases.items(), strict=True):
         parts = [alike(found[method], found["auto"]) for method in METHODS[:2]]
@@ -75,7 +78,7 @@ def main(
         column[0].set_title(f"{title}, FASTSIM")
         column[1].set_title("exact theory")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles[:2], labels[:2], ncols=2, loc="outside lower center", frameon=False)
+    figure.legend(handles[:2], labels[:2], ncols=2, loc="lower center", frameon=False)
     figure.savefig(picture, dpi=90)
     plt.close(figure)
     print(f"picture: {Path(picture).resolve()}")
