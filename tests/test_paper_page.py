@@ -70,3 +70,11 @@ def test_every_figure_and_table_has_a_row():
 def test_every_section_has_a_table():
     for section in range(1, 8):
         assert f"\n## Section {section}:" in PAGE
+
+
+def test_every_method_has_a_link():
+    """To its place in the interface, to a page or to an example."""
+    sections = PAGE.split("## Figures")[0]
+    for row in re.findall(r"^\| (?!paper|---)(.*)\|$", sections, re.MULTILINE):
+        here = row.split(" | ")[1].strip(" |")
+        assert "](" in here or here == "not offered", row
