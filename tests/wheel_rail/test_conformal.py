@@ -12,10 +12,14 @@ import pytest
 import varcontact as vc
 from tests.scenes import make_scene, refusals
 from tests.wheel_rail.conditions import DATA, RAIL, flat_track, round_rail, wheel
+from varcontact.elasticity import conformal
 from varcontact.kinematics import RigidBody
+from varcontact.solving.on_grid import solve_on_grid
+from varcontact.solving.options import SolveOptions, Target
 from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelSet
 from varcontact.wheel_rail.curve import spline
 from varcontact.wheel_rail.patches import contact_locus, reference_surface, tangent_of
+from varcontact.wheel_rail.solve import _at_approaches, _chosen, _first, _near
 
 CONTACT = json.loads((DATA / "conformal.json").read_text())
 NO_KINKS = np.zeros(0, dtype=int)
@@ -31,6 +35,19 @@ def on_flange_root(**changes):
         "velocity": Velocity(speed=2000.0, pitch_rate=-4.3481124),
     }
     return wheel(6.0, **usual | rolling | changes)
+
+
+def hollow_wheel(radius, yaw=2e-3, **changes):
+    """A wheel with a round hollow of a radius [mm] on a rail's head of radius 20 mm."""
+    rail = round_rail(20.0, half=15.0)
+    z = radius - np.sqrt(radius**2 - rail.y**2)
+    hollow = Profile(y=rail.y, z=z, kind="wheel", kinks=[])
+    usual = {
+        "track": flat_track(rail),
+        "wheelset": WheelSet(wheel=hollow),
+        "vertical_force": 130e3,
+    }
+    return wheel(yaw=yaw, **usual | changes)
 
 
 def groove(dx=0.2):
@@ -102,11 +119,7 @@ def test_a_curved_surface_has_the_error_bars_of_a_plane():
     """By default: they hold against elements of two sizes, of which the errors are of the first
     order.
     """
-    rail = round_rail(20.0, half=15.0)
-    hollow = Profile(y=rail.y, z=20.8 - np.sqrt(20.8**2 - rail.y**2), kind="wheel", kinks=[])
-    case = wheel(
-        yaw=2e-3, track=flat_track(rail), wheelset=WheelSet(wheel=hollow), vertical_force=130e3
-    )
+    case = hollow_wheel(20.8)
     found = case.solve()
     coarse, fine = (replace(case, conformal=True, dx=dx, dy=0.2).solve().force for dx in (0.8, 0.4))
     assert found.patches[0].patch.scene.conformal
@@ -115,15 +128,7 @@ def test_a_curved_surface_has_the_error_bars_of_a_plane():
 
 
 def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
-    rail = round_rail(20.0, half=15.0)
-    hollow = Profile(y=rail.y, z=20.5 - np.sqrt(20.5**2 - rail.y**2), kind="wheel", kinks=[])
-    case = wheel(
-        track=flat_track(rail),
-        wheelset=WheelSet(wheel=hollow),
-        vertical_force=100e3,
-        dx=1.0,
-        dy=1.0,
-    )
+    case = hollow_wheel(20.5, yaw=0.0, vertical_force=100e3, dx=1.0, dy=1.0)
     with pytest.warns(ConformalContact) as caught:
         planar = replace(case, conformal=False).solve()
     told = [str(each.message) for each in caught]
@@ -149,6 +154,49 @@ def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
     assert moment[0] == pytest.approx(
         -lever * auto.force[2] + auto.force[1] * case.wheelset.radius, rel=1e-3
     )
+
+
+def test_other_loads_begin_from_the_contact_on_the_same_grids(monkeypatch):
+    """With an accuracy: influence numbers are made for the first load, and the answer is that of
+    the same wheel from the beginning.
+    """
+    made = []
+    make = conformal.conformal_operator
+
+    def counted(rows, columns, angles, flat):
+        made.append((rows, columns, angles.size))
+        return make(rows, columns, angles, flat)
+
+    monkeypatch.setattr(conformal, "conformal_operator", counted)
+    case = hollow_wheel(20.8, conformal=True)
+    target = Target(0.05)
+    first = _first(replace(case, dx=1.0, dy=1.0), 1e-6, {"certify": None}, target, 0.0)
+    made.clear()
+    found = _near(case, first, 1e-6, {"certify": None}, target)
+    assert found.rounds > 1
+    (patch,) = found.patches
+    in_all = len(made)
+    made.clear()
+    _at_approaches([patch.patch], {"certify": None}, target, [{}])
+    assert in_all == len(made) > 0
+    cold, _ = _chosen(replace(patch.solution.scene, grid="auto"), {"certify": None}, target)
+    bars = patch.solution.error_estimate.bars
+    for name in ("Fx", "Fy"):
+        assert abs(getattr(patch.solution, name) - getattr(cold, name)) < bars[name]
+    assert patch.normal_force == pytest.approx(cold.normal_force, rel=1e-9)
+    assert found.force[2] == pytest.approx(130e3, rel=2e-6)
+
+
+def test_a_start_on_the_same_grid_has_the_approach_of_its_own_scene():
+    """Pressure and tractions of another approach are a start, and no more."""
+    _, scene = groove(0.4)
+    deeper = replace(scene, approach=1.1 * scene.approach)
+    known = vc.solve(deeper)
+    options = SolveOptions.checked(deeper)
+    found = solve_on_grid(deeper, options, vc.solve(scene))
+    assert found.approach == known.approach
+    assert found.normal_force == pytest.approx(known.normal_force, rel=1e-6)
+    np.testing.assert_allclose(found.force, known.force, atol=1e-5 * known.normal_force)
 
 
 def test_a_narrow_patch_is_the_same_on_a_plane_and_on_a_curved_surface():

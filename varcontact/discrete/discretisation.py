@@ -271,10 +271,7 @@ class Discretisation:
         motion = self.loading.motion
         if not isinstance(motion, Steady) or motion.rigid_slip is None:
             return 0.0
-        if not isinstance(self.surface, SampledDistance):
-            return 0.0
-        slip = self.surface.sampled(motion.rigid_slip, self.grid)
-        return (self.step or 0.0) * self.scales.length * slip
+        return (self.step or 0.0) * self.scales.length * motion.rigid_slip
 
     @lazy_property
     def known_shift(self) -> np.ndarray:
@@ -302,6 +299,14 @@ class Discretisation:
         and so on.
         """
         return replace(self, loading=replace(self.loading, **changes))
+
+    def with_motion(self, motion: Motion | None) -> Discretisation:
+        """The same contact under a motion, with the rigid slip of its samples in the elements."""
+        if isinstance(motion, Steady) and motion.rigid_slip is not None:
+            assert isinstance(self.surface, SampledDistance)
+            slip = self.surface.sampled(motion.rigid_slip, self.grid)
+            motion = replace(motion, rigid_slip=slip)
+        return self.with_loading(motion=motion)
 
     def at_approach(self, approach: float) -> Discretisation:
         return self.with_loading(
@@ -470,16 +475,18 @@ def discretise(scene: Scene, grid: Grid, built: Operators | None = None) -> Disc
     operators = Operators(grid.scaled(scales.length), medium)
     if built == operators:
         operators = built
-    return Discretisation(
+    loading = _loading_of(scene)
+    disc = Discretisation(
         scene.bodies,
         scene.surface,
         grid,
         hertz,
         distance,
         scales,
-        _loading_of(scene),
+        loading,
         operators,
     )
+    return disc.with_motion(loading.motion)
 
 
 def _loading_of(scene: Scene) -> Loading:

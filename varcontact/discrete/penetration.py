@@ -9,7 +9,6 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
-from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState, as_solved, unloaded
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
@@ -156,7 +155,8 @@ def _between_centres(
     # displacements in that window
     fields = np.concatenate([state.traction, state.pressure[None]])
     fields = np.pad(fields, ((0, 0), (-bottom, top - ny), (-left, right - nx)))
-    operators = Operators(lattice.window(left, right, bottom, top), disc.operators.medium)
+    window = lattice.window(left, right, bottom, top)
+    operators = disc.operators.of(disc.operators.medium, window)
     raised = operators.normal.apply(fields[2:])
     if disc.K != 0:
         raised = raised + operators.traction_to_distance.apply(fields[:2])

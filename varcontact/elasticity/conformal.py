@@ -37,6 +37,9 @@ TURNED = np.array([[0, 0, 0], [0, 1, 1j], [0, -1j, 1]]) / 2
 """Rotations about x by an angle t are ``diag(1, 0, 0)`` and twice the real part of ``exp(i t)``
 times this."""
 
+COSINES = 1, 3
+"""Harmonics of `_waves` that are cosines, each followed by the sine of its angle."""
+
 TRANSPOSE_SIGNS = np.array([1, 1, -1, 1, -1]).reshape(5, 1, 1, 1, 1)
 """Signs of the harmonics where field and loaded element change places: the angle is reversed."""
 
@@ -197,29 +200,39 @@ class ConformalOperator(GridOperator):
 
         box = fft_box(*self.shape)
         ny, nx = self.shape
-        loads = fft.rfft(tractions, box[1], axis=-1)
-        total = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=loads.dtype)
-        waves = _waves(self.angles).astype(tractions.dtype)[..., None]
         single = tractions.dtype == np.float32
         transforms = self._single_transforms if single else self._transforms
-        for of_angle in ([0], [1, 2], [3, 4]):
-            columns: dict[int, np.ndarray] = {}
-            images: dict[int, np.ndarray] = {}
-            for (wave, i, j), symbol in transforms.items():
-                if wave not in of_angle:
-                    continue
-                if j not in columns:
-                    columns[j] = fft.fft(waves[of_angle] * loads[j], box[0], axis=-2)
-                image = images.setdefault(i, np.zeros_like(columns[j]))
-                if wave in (2, 4):
-                    image[0] += symbol * columns[j][1]
-                    image[1] -= symbol * columns[j][0]
-                else:
-                    image += symbol * columns[j]
-            for i, image in images.items():
-                shifts = fft.ifft(image, axis=-2, overwrite_x=True)[:, :ny]
-                total[i] += sum(map(np.multiply, waves[of_angle], shifts))
+        waves = self._waves_used
+        fields = _waves(self.angles)[waves, None, :, None].astype(tractions.dtype)
+        place = {wave: k for k, wave in enumerate(waves)}
+
+        # tractions times the waves of alpha_J
+        loads = fft.rfft(tractions, box[1], axis=-1)
+        columns = fft.fft(fields * loads, box[0], axis=-2, overwrite_x=True)
+        images = np.zeros((len(waves), self.table.shape[0], *columns.shape[2:]), columns.dtype)
+        for (wave, i, j), symbol in transforms.items():
+            k = place[wave]
+            if wave == 0:
+                images[k, i] += symbol * columns[k, j]
+            elif wave in COSINES:
+                images[k : k + 2, i] += symbol * columns[k : k + 2, j]
+            else:
+                images[k - 1, i] += symbol * columns[k, j]
+                images[k, i] -= symbol * columns[k - 1, j]
+
+        # displacements times those of alpha_I
+        shifts = fft.ifft(images, axis=-2, overwrite_x=True)[..., :ny, :]
+        total = (fields * shifts).sum(axis=0)
         return np.asarray(fft.irfft(total, box[1], axis=-1)[..., :nx])
+
+    @lazy_property
+    def _waves_used(self) -> list[int]:
+        """The harmonics that products need: cosine and sine of an angle together."""
+        used = {wave for wave, *_ in self._transforms}
+        for cosine in COSINES:
+            if used & {cosine, cosine + 1}:
+                used |= {cosine, cosine + 1}
+        return sorted(used)
 
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         table = self.table[np.ix_(rows, columns)]

@@ -325,8 +325,13 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             return fields
         x, y = self.coordinates
         places = np.clip(grid.x, x[0], x[-1]), np.clip(grid.y, y[0], y[-1])
-        flat = fields.reshape(-1, *self.samples.shape)
-        values = np.array([Interpolation.of(x, self.y, each).at(*places) for each in flat])
+        # splines of the last fields serve again on the next grid, where nobody can change these
+        of_fields, between = self.__dict__.get("_last_sampled", (None, []))
+        if of_fields is not fields or fields.flags.writeable:
+            flat = fields.reshape(-1, *self.samples.shape)
+            between = [Interpolation.of(x, self.y, each) for each in flat]
+            self.__dict__["_last_sampled"] = fields, between
+        values = np.array([each.at(*places) for each in between])
         return values.reshape(*fields.shape[:-2], *grid.shape)
 
     @lazy_property

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -147,13 +148,31 @@ def solve(scene: Scene, options: SolveOptions) -> Answer:
     into memory, or a solver misses its tolerance there. A `SceneError` if a history is not solved
     in time on the coarsest grids.
     """
+    answer, _ = solve_near(scene, options, ())
+    return answer
+
+
+@one_blas_thread()
+def solve_near(
+    scene: Scene, options: SolveOptions, near: Sequence[GridLevel]
+) -> tuple[Answer, list[GridLevel]]:
+    """The answer as of `solve`, and those on its grids; from those `near`, of another load, on
+    their grids.
+    """
+    levels: list[GridLevel] = []
+    return _refined(scene, options, levels, near), levels
+
+
+def _refined(
+    scene: Scene, options: SolveOptions, levels: list[GridLevel], near: Sequence[GridLevel]
+) -> Answer:
+    """The answer to a target; `levels` gets those on all grids."""
     target = options.target
     started = time.perf_counter()
     assert target is not None
     if options.plan.closed_form and not options.plan.has_friction:
         return _closed_form(scene, options)
     budget = target.seconds
-    levels: list[GridLevel] = []
     estimates: list[ErrorEstimate] = []
     n = _first(scene, options, target)
     while True:
@@ -162,7 +181,7 @@ def solve(scene: Scene, options: SolveOptions) -> Answer:
         if len(levels) < GRIDS:
             deadline += COARSEST_SECONDS
         try:
-            levels.append(_level(scene, options, n, levels, deadline))
+            levels.append(_level(scene, options, n, (levels, near), deadline))
         except (OutOfTime, NotConverged) as error:
             return _after_failure(n, levels, options, error)
         last = levels[-1]
@@ -385,18 +404,21 @@ def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> in
 
 
 def _level(
-    scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel], deadline: float
+    scene: Scene,
+    options: SolveOptions,
+    n: int,
+    levels: tuple[Sequence[GridLevel], Sequence[GridLevel]],
+    deadline: float,
 ) -> GridLevel:
     """The answer on the next grid; where a contact is too small for it, as in a step with little
     load, on a finer one.
 
-    Coarse grids have no certificate; a grid begins from the one before.
+    Coarse grids have no certificate; a grid begins from the one before. `levels`: these, and those
+    of another load, from which and on whose grids it begins first.
     """
     started = time.perf_counter()
-    initial_guess = None
-    if levels and isinstance(levels[-1].answer, Solution):
-        initial_guess = levels[-1].answer
-    final = len(levels) + 1 >= GRIDS
+    before, near = levels
+    final = len(before) + 1 >= GRIDS
 
     def tell(stage: str) -> None:
         options.progress(f"{n} elements across the contact: {stage}")
@@ -405,7 +427,8 @@ def _level(
     while True:
         try:
             on_grid = gridded(scene, options.plan.closed_form, n)
-            answer = _solved(on_grid, on_level, initial_guess)
+            same_grid = [level for level in near if level.n == n]
+            answer = _solved_from(on_grid, on_level, before, same_grid)
             break
         except TooCoarse:
             n = math.ceil(RATIO * n)
@@ -413,6 +436,26 @@ def _level(
                 raise
     assert options.target is not None
     return GridLevel.of(n, answer, time.perf_counter() - started, options.target)
+
+
+def _solved_from(
+    scene: Scene,
+    options: SolveOptions,
+    before: Sequence[GridLevel],
+    same_grid: Sequence[GridLevel],
+) -> Answer:
+    """The answer from that of another load on the same grid, where it holds the contact, else from
+    that on the grid before.
+    """
+    for level in same_grid:
+        guess = level.answer
+        if isinstance(guess, Solution):
+            with suppress(SceneError):  # a contact that goes on outside
+                on_grid = replace(scene, grid=guess.grid)
+                return replace(_solved(on_grid, options, guess), scene=scene)
+    if before and isinstance(before[-1].answer, Solution):
+        return _solved(scene, options, before[-1].answer)
+    return _solved(scene, options)
 
 
 def _solved(scene: Scene, options: SolveOptions, initial_guess: Solution | None = None) -> Answer:

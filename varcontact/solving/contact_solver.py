@@ -409,7 +409,8 @@ def _coupled(
     """
     plan = solver.plan
     if plan.coupling == "newton":
-        start = solver.traction(disc, start)
+        if not np.any(start.traction):
+            start = solver.traction(disc, start)
         check_memory("coupled", registry.solver("tangential", "newton"), "none", 3 * disc.grid.size)
         with solver.stats.stage("both"):
             disc, start = coupled_newton(

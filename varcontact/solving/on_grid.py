@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import TypeGuard
 
 import numpy as np
 
@@ -138,7 +139,13 @@ def solve_on_grid(
 
     The initial guess is of the same scene on another grid.
     """
-    on_grid = ContactOnGrid.of(scene, options, initial_guess)
+    kept = options.operators
+    known = None
+    if kept is not None and isinstance(scene.grid, Grid):
+        known = kept.get(scene.grid)
+    on_grid = ContactOnGrid.of(scene, options, initial_guess, known)
+    if kept is not None:
+        kept[on_grid.disc.grid] = on_grid.disc.operators
     try:
         if options.final:
             return on_grid.solution()
@@ -171,19 +178,21 @@ def solve_contact(
         # the pressure without tractions
         disc = discretise(scene, grid, operators)
         operators = disc.operators
-        disc, state = _without_tractions(scene, solver, disc, last_contact)
+        placed = contacts > 0
+        if _same_contact(last_contact, solver, disc):
+            placed = True
+            state = _on(last_contact, disc)
+        else:
+            disc, state = _without_tractions(scene, solver, disc, last_contact)
         next_grid = None
-        if not (coupled and contacts > 0):
+        if not (coupled and placed):
             with solver.stats.stage("grid"):
                 closer = attempt < CLOSER_GRIDS_MAX
                 next_grid = adjust(solver.plan, disc, state, closer)
 
         # the tractions, on a grid that holds it; of unlike bodies they move the contact
         if next_grid is None:
-            if initial_guess is not None:
-                state = _with_tractions_of(initial_guess, disc, state)
-            elif traction is not None and _serves_again(traction, solver, disc):
-                state = replace(state, traction=traction)
+            state = _with_start(disc, solver, state, traction, initial_guess)
             state = contact(disc, solver, state)
             if coupled:
                 with solver.stats.stage("grid"):
@@ -209,9 +218,32 @@ def solve_contact(
     return disc, state
 
 
-def _serves_again(traction: np.ndarray, solver: ContactSolver, disc: Discretisation) -> bool:
-    """True if tractions of another motion can be a start: of like bodies on as many elements."""
-    return solver.plan.has_friction and disc.K == 0 and traction.shape == (2, *disc.grid.shape)
+def _with_start(
+    disc: Discretisation,
+    solver: ContactSolver,
+    state: ContactState,
+    traction: np.ndarray | None,
+    initial_guess: Solution | InitialGuess | None,
+) -> ContactState:
+    """The state with tractions to begin with: of an initial guess, or of another motion."""
+    if initial_guess is not None:
+        return _with_tractions_of(initial_guess, disc, state)
+    # of like bodies on as many elements
+    like = solver.plan.has_friction and disc.K == 0
+    if like and traction is not None and traction.shape == (2, *disc.grid.shape):
+        return replace(state, traction=traction)
+    return state
+
+
+def _same_contact(
+    before: Solution | InitialGuess | None, solver: ContactSolver, disc: Discretisation
+) -> TypeGuard[Solution | InitialGuess]:
+    """True if the pressure and the tractions before can be a start together: on the same grid,
+    where Newton's method has both.
+    """
+    if before is None or disc.loading.law is not None or solver.plan.coupling != "newton":
+        return False
+    return before.grid == disc.grid and bool(np.any(before.traction))
 
 
 def _without_tractions(
@@ -369,13 +401,17 @@ class InitialGuess:
 
 
 def _on(initial_guess: Solution | InitialGuess, disc: Discretisation) -> ContactState:
-    """The pressure and the approach of a contact on another grid."""
+    """The pressure of a contact on another grid, and its approach where the scene gives none."""
     pressure = contact_grid.interpolated(
         initial_guess.grid, initial_guess.pressure[None], disc.grid
     )
-    approach = 0.0
-    if np.isfinite(initial_guess.approach):
-        approach = (initial_guess.approach - disc.base) / disc.scales.displacement
+    approach = disc.loading.approach
+    if approach is None:
+        approach = initial_guess.approach
+    if np.isfinite(approach):
+        approach = (approach - disc.base) / disc.scales.displacement
+    else:
+        approach = 0.0
     return replace(
         unloaded(disc.grid), pressure=pressure[0] / disc.scales.pressure, approach=approach
     )

@@ -14,6 +14,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import LEVELS
+from varcontact.discrete.operators import Operators
 from varcontact.errors import Saturated, SceneError
 from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import not_measurable
@@ -106,7 +107,8 @@ class SolveOptions:
 
     `methods`: their names, as they are given. `target`: None where the scene has its
     own grid. `final`: false on coarser grids of an accuracy. `deadline`: when solvers raise
-    `OutOfTime`, by `time.perf_counter` [s].
+    `OutOfTime`, by `time.perf_counter` [s]. `operators`: influence numbers by their grid, kept for
+    other loads where given.
     """
 
     scene: Scene
@@ -121,6 +123,7 @@ class SolveOptions:
     progress: Callable[[str], None]
     final: bool = True
     deadline: float = math.inf
+    operators: dict[Grid, Operators] | None = None
 
     @classmethod
     def checked(cls, scene: Scene, **given: Any) -> SolveOptions:

@@ -65,7 +65,7 @@ class Series:
             check_fits(scene, plan)
             disc, state = solve_contact(scene, solver)
         elif _same_pressure(scene, plan, last):
-            disc = last.disc.with_loading(motion=scene.motion)
+            disc = last.disc.with_motion(scene.motion)
             anew = {each.name for each in disc.sought(by_slip=True)}
             fields = {name: each for name, each in last.state.fields.items() if name not in anew}
             state = replace(last.state, iterations={}, status={}, solved={}, fields=fields)

@@ -38,7 +38,7 @@ class BearingHeight:
     the vertical force. The secant method is for force^(2/3) of normal forces, which is nearly
     straight, between heights that bear less and more; the vertical force is nearly a power of what
     normal forces bear. From another position come the height to start at, and the forces `known`:
-    those of the normal forces, and of all.
+    those of the normal forces, and of all. On the `same_grids` they tell the power, too.
     """
 
     def __init__(
@@ -47,6 +47,7 @@ class BearingHeight:
         tol: float,
         start: float | None = None,
         known: tuple[float, float] | None = None,
+        same_grids: bool = False,
     ) -> None:
         self.rounds = 0
         self.done = False
@@ -58,6 +59,7 @@ class BearingHeight:
         self._slope = math.nan
         # normal forces, and what they bear with the rest
         self._known = known or (1.0, 1.0)
+        self._tells_power = same_grids
         self._power = 1.0
         # where tractions bear a part, they are solved for near the height
         self._mixed = case.with_friction or case.bodies.K != 0 or case.conformal is True
@@ -125,10 +127,11 @@ class BearingHeight:
             self._tried.append((self.z, force))
         normal = self._tried[-1][1]
         before, known = self._known
-        if before != 1.0 and abs(normal / before - 1) > LITTLE:
+        if self._tells_power and abs(normal / before - 1) > LITTLE:
             power = math.log(force / known) / math.log(normal / before)
             self._power = float(np.clip(power, *POWERS))
         self._known = normal, force
+        self._tells_power = True
         self._excess = force / self._load - 1
         self.done = abs(self._excess) <= self._tol
         if self._mixed:

@@ -17,6 +17,7 @@ from varcontact import checks
 from varcontact.discrete.operators import Operators
 from varcontact.errors import NotConverged, PlausibilityWarning, SceneError, VarcontactError
 from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
 from varcontact.scene.plausibility import warn as warn_of_doubts
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import OutOfTime
@@ -47,6 +48,7 @@ from varcontact.wheel_rail.wheel_geometry import VARIES, ContactPatch, WheelGeom
 from varcontact.wheel_rail.wheel_on_elements import (
     Start,
     WheelOnElements,
+    borne,
     for_pressure,
     patches_at,
     solved_alone,
@@ -313,27 +315,47 @@ def _to_target(
     flat.
     """
     started = time.perf_counter()
-    first = _first(case, tol, methods, target, started)
+    rough = replace(case, dx=START[0], dy=START[1], conformal=False)
+    try:
+        first = _first(rough, tol, methods, target, started)
+    except (NotConverged, SceneError):
+        if case.conformal is not True:
+            raise
+        first = _first(replace(rough, conformal=True), tol, methods, target, started)
     on_first(first)
-    if case.conformal == "auto" and any(too_wide(case, each) for each in first.patches):
+    chosen = target.accuracy is not None and not (target.by_default and noisy_patches(first))
+
+    def on_curved_surface() -> WheelRailSolution:
         curved = replace(case, conformal=True)
+        coarse = _with_elements_across(curved, first, ACROSS)
+        first_curved = _first(coarse, tol, methods, target, started, Start(first))
+        return _from_first(curved, tol, methods, target, first_curved, started, chosen)
+
+    if case.conformal is True:
+        return on_curved_surface()
+    if case.conformal == "auto" and any(too_wide(case, each) for each in first.patches):
         # a profile that turns too fast or is too rough: the warning tells
         with suppress(NotConverged, SceneError):
-            first_curved = _first(curved, tol, methods, target, started)
-            return _from_first(curved, tol, methods, target, first_curved, started)
-    return _from_first(case, tol, methods, target, first, started)
+            return on_curved_surface()
+    return _from_first(case, tol, methods, target, first, started, chosen)
 
 
 def _first(
-    case: WheelGeometry, tol: float, methods: dict[str, Any], target: Target, started: float
+    case: WheelGeometry,
+    tol: float,
+    methods: dict[str, Any],
+    target: Target,
+    started: float,
+    start: Start | None = None,
 ) -> WheelRailSolution:
-    """A first solution: the height, where the contacts are, and whether noise dominates them."""
-    rough = replace(case, dx=START[0], dy=START[1])
+    """A first solution on coarse elements: the height, where the contacts are, and whether noise
+    dominates them.
+    """
     methods = methods | {"certify": None}
     deadline = _deadline(target, started, few=True)
     try:
         tol = max(tol, START_TOL)
-        return solved_alone(WheelOnElements(rough, tol, methods, deadline=deadline))
+        return solved_alone(WheelOnElements(case, tol, methods, start, deadline=deadline))
     except OutOfTime:
         raise _too_short(target) from None
 
@@ -357,15 +379,17 @@ def _from_first(
     target: Target,
     first: WheelRailSolution,
     started: float,
+    chosen: bool,
 ) -> WheelRailSolution:
-    """From a first solution to an accuracy; within a time on finer and finer elements.
+    """From a first solution to an accuracy on grids that are `chosen` for it, else on finer and
+    finer elements.
 
     By default three sets of elements tell the error where grids cannot be chosen for an accuracy or
     do not reach it, and where noise dominates the pressure.
     """
-    if target.accuracy is not None and not (target.by_default and noisy_patches(first)):
+    if chosen:
         try:
-            return _to_accuracy(case, first.z, tol, methods, target)
+            return _to_accuracy(case, first, tol, methods, target)
         except (NotConverged, SceneError) as error:
             if not target.by_default or (isinstance(error, SceneError) and str(error) != VARIES):
                 raise
@@ -377,7 +401,11 @@ def _from_first(
 
 
 def _to_accuracy(
-    case: WheelGeometry, near: float, tol: float, methods: dict[str, Any], target: Target
+    case: WheelGeometry,
+    first: WheelRailSolution,
+    tol: float,
+    methods: dict[str, Any],
+    target: Target,
 ) -> WheelRailSolution:
     """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
@@ -386,11 +414,12 @@ def _to_accuracy(
     """
     assert target.accuracy is not None
     half = replace(target, accuracy=target.accuracy / 2)
+    near = first
     while True:
         found = _near(case, near, tol, methods, half)
-        if abs(found.z - near) <= MOVED * min(each.patch.approach for each in found.patches):
+        if abs(found.z - near.z) <= MOVED * min(each.patch.approach for each in found.patches):
             return found
-        near = found.z
+        near = found
 
 
 def _on_finer_elements(
@@ -438,10 +467,13 @@ def _with_elements_across(case: WheelGeometry, first: WheelRailSolution, n: floa
     """The case with n elements across the smallest patch of a solution, and more of them along x,
     as `gridded` has.
     """
-    contacts = [each.solution.pressure > 0 for each in first.patches]
-    dx = START[0] * min(contact.any(axis=0).sum() for contact in contacts) / (RATIO * n)
-    dy = START[1] * min(contact.any(axis=1).sum() for contact in contacts) / n
-    return replace(case, dx=float(dx), dy=float(dy))
+    lengths = []
+    for each in first.patches:
+        contact = each.solution.pressure > 0
+        counts = [np.count_nonzero(contact.any(axis=axis)) for axis in (0, 1)]
+        lengths.append(np.multiply(counts, each.solution.grid.sides))
+    long, wide = np.min(lengths, axis=0)
+    return replace(case, dx=float(long / (RATIO * n)), dy=float(wide / n))
 
 
 def _with_errors(solved: list[WheelRailSolution], target: Target) -> WheelRailSolution:
@@ -491,56 +523,90 @@ def _normal_errors(
     return [float(lifting / abs(patch.frame.axes[2] @ patch.force))]
 
 
-def _chosen(scene: Scene, methods: dict[str, Any], target: Target) -> Solution:
-    """The solution on a grid that is chosen for the accuracy."""
+def _chosen(
+    scene: Scene,
+    methods: dict[str, Any],
+    target: Target,
+    near: Sequence[GridLevel] = (),
+    operators: dict[Grid, Operators] | None = None,
+) -> tuple[Solution, list[GridLevel]]:
+    """The solution on a grid that is chosen for the accuracy, from those `near`; and on all grids
+    before it.
+    """
     options = SolveOptions.checked(scene, **(methods | {"accuracy": target.accuracy}))
-    found = adaptive.solve(scene, replace(options, target=target))
+    options = replace(options, target=target, operators=operators)
+    found, levels = adaptive.solve_near(scene, options, near)
     assert isinstance(found, Solution)
-    return found
+    return found, levels
 
 
 def _near(
-    case: WheelGeometry, near: float, tol: float, methods: dict[str, Any], target: Target
+    case: WheelGeometry,
+    near: WheelRailSolution,
+    tol: float,
+    methods: dict[str, Any],
+    target: Target,
 ) -> WheelRailSolution:
-    """To an accuracy, with the distances and frames of a height."""
-    patches = patches_at(case, near, with_grid=False)
+    """To an accuracy, with the distances and frames at the height of a solution."""
+    patches = patches_at(case, near.z, with_grid=False)
     frames = [each.frame for each in patches]
     cosines = np.cos([each.angle for each in patches])
-    forces, force_errors = _normal_forces(patches, methods, target)
-    search = BearingHeight(case, tol, near)
+    operators: list[dict[Grid, Operators]] = [{} for _ in patches]
+    held, levels = _at_approaches(patches, methods, target, operators)
+    forces = [each.normal_force for each in held]
+    force_errors = [_largest_error(each) for each in held]
+    coupled = patches[0].scene.coupled
+    known = borne(near)
+    if coupled:
+        solved = tuple(map(PatchSolution, patches, held))
+        known = borne(WheelRailSolution(case, near.z, solved, 0))
+    search = BearingHeight(case, tol, near.z, known, same_grids=coupled)
     while not search.done:
         z = search.propose()
-        loads = _loads(patches, forces, z - near)
+        loads = _loads(patches, forces, z - near.z)
         if case.z is None:
             search.learn_normal(float(cosines @ loads))
             if not search.near:
                 continue
         loaded = []
-        for patch, load in zip(patches, loads, strict=True):
+        for k, (patch, load) in enumerate(zip(patches, loads, strict=True)):
             scene = replace(patch.scene, approach=None, normal_force=load)
-            loaded.append(PatchSolution(patch, _chosen(scene, methods, target)))
+            solution, levels[k] = _chosen(scene, methods, target, levels[k], operators[k])
+            loaded.append(PatchSolution(patch, solution))
         errors = _normal_errors(case, loaded, force_errors)
         solved = tuple(map(_with_normal_error, loaded, errors))
         search.learn(vertical(frames, [each.force for each in solved], case.with_friction))
     return WheelRailSolution(case, search.z, solved, search.rounds)
 
 
-def _normal_forces(
-    patches: Sequence[ContactPatch], methods: dict[str, Any], target: Target
-) -> tuple[list[float], list[float]]:
-    """Normal forces at the approach of each patch, and their relative errors."""
-    forces = []
-    errors = []
-    for patch in patches:
-        if patch.scene.coupled:  # tractions change the pressure
-            held = _chosen(patch.scene, methods | {"certify": None}, target)
+def _at_approaches(
+    patches: Sequence[ContactPatch],
+    methods: dict[str, Any],
+    target: Target,
+    operators: Sequence[dict[Grid, Operators]],
+) -> tuple[list[Solution], list[list[GridLevel]]]:
+    """The patches at their approaches, which tell the normal forces; and on all grids where they
+    have tractions, as far as these change the pressure.
+    """
+    held = []
+    levels: list[list[GridLevel]] = []
+    for patch, kept in zip(patches, operators, strict=True):
+        if patch.scene.coupled:
+            not_certified = methods | {"certify": None}
+            solution, on_grids = _chosen(patch.scene, not_certified, target, operators=kept)
+            levels.append(on_grids)
         else:
             bare = replace(patch.scene, motion=None, friction=None)
-            held = _chosen(bare, for_pressure(methods), replace(target, of_pressure=False))
-        assert held.error_estimate is not None
-        errors.append(held.error_estimate.largest)
-        forces.append(held.normal_force)
-    return forces, errors
+            no_pressure = replace(target, of_pressure=False)
+            solution, _ = _chosen(bare, for_pressure(methods), no_pressure)
+            levels.append([])
+        held.append(solution)
+    return held, levels
+
+
+def _largest_error(solution: Solution) -> float:
+    assert solution.error_estimate is not None
+    return solution.error_estimate.largest
 
 
 def _loads(patches: Sequence[ContactPatch], forces: Sequence[float], deeper: float) -> list[float]:

@@ -80,12 +80,8 @@ class WheelOnElements:
         last = start.solution
         self._before = [each.solution for each in last.patches]
         self._operators = start.operators
-        frames = [each.frame for each in last.patches]
-        forces = [each.force for each in last.patches]
-        normal = vertical(frames, forces, False)
-        bearing = vertical(frames, forces, self._case.with_friction)
         z = self._case.touching + (last.z - last.case.touching + start.deeper)
-        self._search = BearingHeight(self._case, self._tol, z, (normal, bearing))
+        self._search = BearingHeight(self._case, self._tol, z, borne(last))
 
     @property
     def done(self) -> bool:
@@ -247,6 +243,14 @@ def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_frictio
     return float(
         sum(frame.axes[2] @ (counts * force) for frame, force in zip(frames, forces, strict=True))
     )
+
+
+def borne(solution: WheelRailSolution) -> tuple[float, float]:
+    """The vertical forces of a solution: that of the normal forces, and of all that count."""
+    frames = [each.frame for each in solution.patches]
+    forces = [each.force for each in solution.patches]
+    all_forces = vertical(frames, forces, solution.case.with_friction)
+    return vertical(frames, forces, False), all_forces
 
 
 def for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
