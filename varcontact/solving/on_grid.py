@@ -241,7 +241,7 @@ def _same_contact(
     """True if the pressure and the tractions before can be a start together: on the same grid,
     where Newton's method has both.
     """
-    if before is None or disc.loading.law is not None or solver.plan.coupling != "newton":
+    if before is None or solver.plan.coupling != "newton" or disc.sought(by_slip=True):
         return False
     return before.grid == disc.grid and bool(np.any(before.traction))
 
