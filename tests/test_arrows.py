@@ -54,6 +54,7 @@ CONVENIENCE = {
     "plasticity.limits": {"plasticity.plots"},
     "wheel_rail.profile": {"wheel_rail.plots"},
     "wheel_rail.result": {"wheel_rail.plots"},
+    "wheel_rail.wheel_set_solution": {"wheel_rail.plots"},
 }
 """Methods that users expect on an object (`plot`, `save`, `report`, `solve`, `to_...`) call what
 comes after it."""
@@ -147,6 +148,12 @@ def circles():
 
 def test_no_circle_of_many_files():
     assert max(map(len, circles()), default=0) <= LARGEST_CIRCLE
+
+
+def test_no_circle_of_wheels():
+    """Classes that solve themselves import what solves them, which knows what they are made of."""
+    names = {name for circle in circles() for name in circle if name.startswith("wheel_rail.wheel")}
+    assert names == set()
 
 
 def test_conveniences_are_there():

@@ -46,7 +46,8 @@ from varcontact.wheel_rail.solve import SIDE_BY_SIDE, solve_wheels_on_rails
 from varcontact.wheel_rail.track import Side, Track, WheelSet
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
-from varcontact.wheel_rail.wheel_set import LOADS, WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set_loads import LOADS
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.track import SIGN
 from varcontact.wheel_rail.virtual_penetration import Ellipse, FastPatch
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
-from varcontact.wheel_rail.wheel_set import BALANCED, WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set_loads import BALANCED, LoadedWheelSet
 
 STEP = 1e-3
 """Step of the differences for derivatives, relative to the unit of an unknown."""
@@ -47,7 +47,7 @@ Solver = Callable[[WheelOnRail], WheelForces]
 class Balance:
     """The equations of a case: unknowns by their names, and the units of both."""
 
-    case: WheelSetOnTrack
+    case: LoadedWheelSet
     names: tuple[str, ...]
     loads: tuple[str, ...]
     load: float
@@ -141,7 +141,7 @@ def _patch_with(frame: Frame, force: np.ndarray) -> FastPatch:
     return FastPatch(frame, 0.0, at_rest, 0.0, point, force, 0.0)
 
 
-def equations(case: WheelSetOnTrack, held: tuple[str, ...] = ()) -> Balance:
+def equations(case: LoadedWheelSet, held: tuple[str, ...] = ()) -> Balance:
     """Unknowns and loads, without free quantities that are `held`; wheels are as deep as by
     Hertz.
     """
@@ -192,7 +192,7 @@ def equations(case: WheelSetOnTrack, held: tuple[str, ...] = ()) -> Balance:
     return Balance(case, tuple(names), loads, load, float(depth), origin, units)
 
 
-def _load_at(case: WheelSetOnTrack, touching: float, stiffness: float) -> float:
+def _load_at(case: LoadedWheelSet, touching: float, stiffness: float) -> float:
     """The load of the axle at its height, by Hertz, where it touches at another one."""
     assert case.z is not None
     return 2 * stiffness * max(case.z - touching, 1e-3) ** 1.5
@@ -212,7 +212,7 @@ def _check_outer_ends(wheels: list[WheelOnRail]) -> None:
             raise SceneError("position.y", wheel.position.y, message=reason)
 
 
-def _level(case: WheelSetOnTrack) -> float:
+def _level(case: LoadedWheelSet) -> float:
     """The roll at which both wheels touch their rails."""
     from scipy.optimize import root_scalar
 

@@ -8,6 +8,7 @@ moment, whose root is bracketed, see `bracketing`.
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,13 +18,13 @@ from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.scene.friction import Law
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.bracketing import Lattice, Nearest
-from varcontact.wheel_rail.equilibrium import CREEPAGE, Balance, Iterate, broyden, equations
+from varcontact.wheel_rail.equilibrium import CREEPAGE, Balance, Iterate, Solver, broyden, equations
 from varcontact.wheel_rail.position import Velocity
 from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.track import SIGN
 from varcontact.wheel_rail.virtual_penetration import FastWheel, rolling
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
-from varcontact.wheel_rail.wheel_set import BALANCED, WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set_loads import BALANCED, LoadedWheelSet
 
 ROUGH = 0.02
 """Largest imbalance where forces of the fast way jump, as patches join."""
@@ -53,6 +54,8 @@ LATTICES = (1.0, 400), (0.25, 20)
 is missed by least."""
 NEARBY = 3.0
 """Largest distance of the balance from the point where it was expected, in spacings."""
+PRESSED = 0.02
+"""Step to a greater depth, relative to the depth, at which the rail must bear more of a wheel."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ class FastWay:
 class Search:
     """The balance of a case by a fast way."""
 
-    def __init__(self, case: WheelSetOnTrack, way: FastWay) -> None:
+    def __init__(self, case: LoadedWheelSet, way: FastWay) -> None:
         self._case = case
         self._way = way
         sideways = [name for name in case.free if name in ("y", "lateral")]
@@ -307,3 +310,52 @@ def short(balance: Balance, load: str, missing: float) -> str:
     if load not in arms:
         return f"the {load} is short by {missing * balance.load:.4g} N"
     return f"the {load} is short by {missing * balance.load * arms[load]:.4g} N mm"
+
+
+def balanced_wheels(
+    balance: Balance, x: np.ndarray, solver: Solver
+) -> tuple[WheelForces, WheelForces]:
+    """The left and the right wheel at the balance; refused where one is above its rail, or
+    wedged.
+    """
+    wheels = balance.wheels(x, solver)
+    for each in wheels:
+        if each.case.touching >= each.z:
+            raise _above_rail(balance.case, each.case)
+        _check_pressed(each, PRESSED * balance.depth)
+    left, right = wheels
+    return left, right
+
+
+def warn_unbalanced(imbalance: float, tol: float) -> None:
+    """Warn of loads that the fast way has not balanced."""
+    if imbalance > tol:
+        words = (
+            f"loads are balanced to {imbalance:.2g} only: "
+            "forces of the fast way jump where patches join"
+        )
+        warnings.warn(words, stacklevel=5)
+
+
+def _above_rail(case: LoadedWheelSet, wheel: WheelOnRail) -> SceneError:
+    """The error of a wheel that does not touch its rail at the balance."""
+    if "roll" not in case.free:
+        roll = case.position.roll
+        reason = (
+            f"with roll = {roll:.4g} the {wheel.side} wheel is above its rail; add roll to free"
+        )
+        return SceneError("position.roll", roll, message=reason)
+    reason = f"the loads lift the {wheel.side} wheel off its rail: no position bears them"
+    return SceneError("roll_moment", case.roll_moment, message=reason)
+
+
+def _check_pressed(wheel: WheelForces, step: float) -> None:
+    """Refuse a wheel on which the vertical force falls as it is pressed in by a step [mm]."""
+    deeper = replace(wheel.case, z=wheel.z + step)
+    fast = FastWay(kinetic=True)
+    if fast(deeper).force[2] < fast(wheel.case).force[2]:
+        reason = (
+            f"the {wheel.case.side} wheel is wedged: friction lifts it when pressed in; "
+            "give another position"
+        )
+        raise SceneError("position.y", wheel.case.position.y, message=reason)

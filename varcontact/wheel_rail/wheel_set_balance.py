@@ -12,25 +12,29 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.errors import NotConverged, PlausibilityWarning, SceneError
+from varcontact.errors import NotConverged, PlausibilityWarning
 from varcontact.scene.plausibility import warn
 from varcontact.solving.options import CertifyName
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.equilibrium import STEP, Balance, Solver, broyden
-from varcontact.wheel_rail.equilibrium_search import FastWay, Search, unbalanced
+from varcontact.wheel_rail.equilibrium_search import (
+    FastWay,
+    Search,
+    balanced_wheels,
+    unbalanced,
+    warn_unbalanced,
+)
 from varcontact.wheel_rail.plausibility import doubts
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
 from varcontact.wheel_rail.solve import TARGETS
 from varcontact.wheel_rail.wheel_geometry import ELEMENT
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
-from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set_loads import LoadedWheelSet
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 CHOSEN_GRID_TOL = 1e-4
 """Least imbalance where grids are chosen for an accuracy, whose forces jump by a part of their
 error bars."""
-PRESSED = 0.02
-"""Step to a greater depth, relative to the depth, at which the rail must bear more of a wheel."""
 LARGEST_CONDITION = 1e10
 """Condition of derivatives above which loads are not balanced by the unknowns."""
 ROUNDS = 20
@@ -62,7 +66,7 @@ class _Exact:
 
 
 def solve_wheel_set(
-    case: WheelSetOnTrack, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+    case: LoadedWheelSet, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.solve`."""
     warn(doubts(case), stacklevel=4)
@@ -125,18 +129,13 @@ def _corrected(
 
 
 def estimate_wheel_set(
-    case: WheelSetOnTrack, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
+    case: LoadedWheelSet, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.estimate`."""
     fast = FastWay(normal, tangential, tuple(options.items()))
     balance, x = Search(case, fast).found()
     estimate = _solution(balance, x, fast, 0, None)
-    if estimate.imbalance > tol:
-        words = (
-            f"loads are balanced to {estimate.imbalance:.2g} only: "
-            "forces of the fast way jump where patches join"
-        )
-        warnings.warn(words, stacklevel=4)
+    warn_unbalanced(estimate.imbalance, tol)
     return estimate
 
 
@@ -144,41 +143,11 @@ def _solution(
     balance: Balance, x: np.ndarray, solver: Solver, solved: int, inverse: np.ndarray | None
 ) -> WheelSetSolution:
     """The wheels at the balance; errors of forces there are errors of the unknowns."""
-    case = balance.case
-    wheels = balance.wheels(x, solver)
-    for each in wheels:
-        if each.case.touching >= each.z:
-            raise _above_rail(case, each.case)
-        _check_pressed(each, PRESSED * balance.depth)
-    imbalance = float(np.abs(balance.imbalance(wheels)).max(initial=0.0))
-    left, right = wheels
+    left, right = balanced_wheels(balance, x, solver)
+    imbalance = float(np.abs(balance.imbalance((left, right))).max(initial=0.0))
     errors = dict.fromkeys(balance.names, math.nan)
     if inverse is not None:
         errors = balance.errors(left, right, inverse)
     return WheelSetSolution(
-        case, left.z, left.patches + right.patches, left, right, imbalance, solved, errors
+        balance.case, left.z, left.patches + right.patches, left, right, imbalance, solved, errors
     )
-
-
-def _above_rail(case: WheelSetOnTrack, wheel: WheelOnRail) -> SceneError:
-    """The error of a wheel that does not touch its rail at the balance."""
-    if "roll" not in case.free:
-        roll = case.position.roll
-        reason = (
-            f"with roll = {roll:.4g} the {wheel.side} wheel is above its rail; add roll to free"
-        )
-        return SceneError("position.roll", roll, message=reason)
-    reason = f"the loads lift the {wheel.side} wheel off its rail: no position bears them"
-    return SceneError("roll_moment", case.roll_moment, message=reason)
-
-
-def _check_pressed(wheel: WheelForces, step: float) -> None:
-    """Refuse a wheel on which the vertical force falls as it is pressed in by a step [mm]."""
-    deeper = replace(wheel.case, z=wheel.z + step)
-    fast = FastWay(kinetic=True)
-    if fast(deeper).force[2] < fast(wheel.case).force[2]:
-        reason = (
-            f"the {wheel.case.side} wheel is wedged: friction lifts it when pressed in; "
-            "give another position"
-        )
-        raise SceneError("position.y", wheel.case.position.y, message=reason)

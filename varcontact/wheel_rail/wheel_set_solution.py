@@ -12,19 +12,27 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.results.error_estimate import with_bar
+from varcontact.wheel_rail.equilibrium_search import (
+    FastWay,
+    Search,
+    balanced_wheels,
+    warn_unbalanced,
+)
 from varcontact.wheel_rail.plausibility import doubts
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile, flange
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution, forces_in_words
 from varcontact.wheel_rail.track import SIGN, Side, Track
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
-from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set_loads import LoadedWheelSet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BESIDE = 0.05
 """Displacement to either side for the gravitational stiffness [mm]."""
+FAST_TOL = 1e-6
+"""Imbalance of the fast way without a warning."""
 FACE = 0.1
 """Distance of the points of the flange's face at which its angle is taken [mm]."""
 
@@ -51,7 +59,7 @@ class WheelSetSolution(WheelForces):
         estimated.
     """
 
-    case: WheelSetOnTrack
+    case: LoadedWheelSet
     left: WheelForces
     right: WheelForces
     imbalance: float
@@ -178,7 +186,7 @@ class WheelSetSolution(WheelForces):
         places = [
             replace(self.position, y=self.position.y + beside) for beside in (-BESIDE, BESIDE)
         ]
-        left, right = (float(replace(case, position=at).estimate().force[1]) for at in places)
+        left, right = (_lateral_force(replace(case, position=at)) for at in places)
         return (right - left) / (2 * BESIDE)
 
     def report(self) -> str:
@@ -218,6 +226,17 @@ class WheelSetSolution(WheelForces):
         from varcontact.wheel_rail.plots import plot_wheel_set
 
         return plot_wheel_set(self)
+
+
+def _lateral_force(case: LoadedWheelSet) -> float:
+    """Fy of both wheels on the rails by the fast way [N]."""
+    fast = FastWay()
+    balance, x = Search(case, fast).found()
+    left, right = balanced_wheels(balance, x, fast)
+    imbalance = np.abs(balance.imbalance((left, right))).max(initial=0.0)
+    warn_unbalanced(float(imbalance), FAST_TOL)
+    patches = left.patches + right.patches
+    return float(np.sum([each.force_on_track for each in patches], axis=0)[1])
 
 
 def _flange_angle(profile: Profile) -> float:
