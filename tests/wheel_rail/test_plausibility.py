@@ -18,7 +18,7 @@ from varcontact.wheel_rail import (
     shakedown,
     wear,
 )
-from varcontact.wheel_rail.plausibility import doubts, of_patch
+from varcontact.wheel_rail.plausibility import at_tip, doubts
 
 RAIL = Profile.rail_60e1()
 IN_INCHES = Profile(y=RAIL.y / 25.4, z=RAIL.z / 25.4, kind="rail")
@@ -128,8 +128,21 @@ def test_a_contact_on_the_flange_tip():
     (patch,) = WHEEL.patches(z=0.05 + WHEEL.touching)
     profile = AXLE.profile
     tip = int(np.argmax(profile.z))
-    assert of_patch(patch, profile) == ()
-    (doubt,) = of_patch(
-        replace(patch, on_wheel=np.array([profile.y[tip], profile.z[tip]])), profile
-    )
-    assert "0 mm below the flange's tip" in doubt
+    assert at_tip(patch.location[1], patch.on_wheel, profile) == ()
+    (doubt,) = at_tip(700.0, np.array([profile.y[tip], profile.z[tip]]), profile)
+    assert doubt.startswith("the patch at y = 700 mm is 0 mm below the flange's tip")
+
+
+@pytest.mark.parametrize("case", [WHEEL, SET])
+def test_estimates_give_the_warnings_of_solutions(case):
+    """As Python warnings and in `warnings`, each once; none of a usual case."""
+    leaning = replace(case, track=replace(TRACK, cant=-1 / 40))
+    with pytest.warns(vc.PlausibilityWarning) as caught:
+        found = leaning.estimate()
+    own = [str(each.message) for each in caught if each.category is vc.PlausibilityWarning]
+    assert own == list(found.warnings)
+    assert [text.partition(":")[0] for text in own] == ["track.cant = -0.025"]
+    assert {each.filename for each in caught} == {__file__}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert case.estimate().warnings == ()

@@ -22,7 +22,7 @@ from varcontact.wheel_rail.equilibrium import CREEPAGE, Balance, Iterate, Solver
 from varcontact.wheel_rail.position import Velocity
 from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.track import SIGN
-from varcontact.wheel_rail.virtual_penetration import FastWheel, rolling
+from varcontact.wheel_rail.virtual_penetration import FastWheel, estimated, rolling
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set_loads import BALANCED, LoadedWheelSet
 
@@ -71,7 +71,7 @@ class FastWay:
         law = wheel.friction
         if self.kinetic and isinstance(law, Law):
             wheel = replace(wheel, friction=law.kinetic or law.static)
-        return wheel.estimate(self.normal, self.tangential, **dict(self.options))
+        return estimated(wheel, self.normal, self.tangential, options=dict(self.options))
 
     def at_velocity(self, wheel: WheelForces, velocity: Velocity) -> WheelForces:
         """A wheel in the same place at another velocity; one above its rail is as it is."""

@@ -31,6 +31,7 @@ from varcontact.theories.linear import Contact
 from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet
+from varcontact.wheel_rail.virtual_penetration import estimated
 from varcontact.wheel_rail.wheel_geometry import STEEL
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
@@ -320,7 +321,7 @@ def geometry_table(
             bodies=bodies,
         )
         try:
-            wheel = case.estimate(normal)
+            wheel = estimated(case, normal)
         except (SceneError, NotConverged) as error:
             without.append((float(y[i]), float(yaw[j]), error))
             continue

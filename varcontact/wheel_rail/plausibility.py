@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from varcontact.wheel_rail.profile import Profile
-from varcontact.wheel_rail.wheel_geometry import ContactPatch, OnTrack, WheelGeometry
+from varcontact.wheel_rail.wheel_geometry import OnTrack, WheelGeometry
 
 LEAST_LOAD = 1e3
 """Load on a wheel [N]: lesser numbers are in kN."""
@@ -112,13 +112,13 @@ def _width(case: OnTrack) -> str:
 CHECKS: tuple[Callable[[OnTrack], str], ...] = (_load, _cant, _gauge, _curve, _wheel_radius, _width)
 
 
-def of_patch(patch: ContactPatch, wheel: Profile) -> tuple[str, ...]:
-    """A contact at the flange's tip."""
+def at_tip(y: float, on_wheel: np.ndarray, wheel: Profile) -> tuple[str, ...]:
+    """A contact, at y in the track and at (y, z) `on_wheel`, at the flange's tip."""
     tip = float(wheel.z.max())
-    below = tip - float(patch.on_wheel[1])
+    below = tip - float(on_wheel[1])
     if tip < TALL_FLANGE or below > AT_TIP:
         return ()
-    where = f"the patch at y = {patch.location[1]:.4g} mm is {below:.2g} mm below the flange's tip"
+    where = f"the patch at y = {y:.4g} mm is {below:.2g} mm below the flange's tip"
     return (f"{where}: a wheel hardly runs on it; look at position.y and at the gauge",)
 
 

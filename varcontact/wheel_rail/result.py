@@ -205,7 +205,12 @@ class WheelForces:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of exact solutions; estimates have none."""
+        """Plausibility warnings of the wheel and of its patches, each once."""
+        return tuple(dict.fromkeys((*plausibility.doubts(self.case), *self.patch_doubts)))
+
+    @property
+    def patch_doubts(self) -> tuple[str, ...]:
+        """Plausibility warnings of the patches, each once."""
         return ()
 
     def quantities(
@@ -286,8 +291,10 @@ class WheelRailSolution(WheelForces, Reported):
         """Plausibility warnings of the patches and their scenes, each once."""
         texts: list[str] = []
         for each in self.patches:
-            texts += plausibility.of_patch(each.patch, self.case.wheelset.profile)
-            texts += each.patch.scene.doubts
+            patch = each.patch
+            y = float(patch.location[1])
+            texts += plausibility.at_tip(y, patch.on_wheel, self.case.wheelset.profile)
+            texts += patch.scene.doubts
         return tuple(dict.fromkeys(texts))
 
     @property

@@ -39,7 +39,9 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.reference.hertz import approaches, hertz, semi_axes
+from varcontact.scene.plausibility import warn as warn_of_doubts
 from varcontact.theories.creep_forces import TheoryName, creep_forces, formula_of
+from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap, overlap
@@ -155,6 +157,15 @@ class FastWheel(WheelForces):
         """(y, z) of a `patch` in the coordinates of the wheel's profile [mm]."""
         return self.case.on_wheel(patch.frame.origin, self.case.body(self.z))
 
+    @property
+    def patch_doubts(self) -> tuple[str, ...]:
+        """Plausibility warnings of the patches, each once."""
+        texts: list[str] = []
+        for each in self.patches:
+            y = float(each.frame.origin[1])
+            texts += plausibility.at_tip(y, self.on_wheel(each), self.case.wheelset.profile)
+        return tuple(dict.fromkeys(texts))
+
     def quantities(
         self,
         archard: Archard | ArchardMap | None = None,
@@ -170,7 +181,23 @@ def estimate_wheel_on_rail(
     case: WheelGeometry, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> FastWheel:
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
-    check_sides(case.track.profile, stacklevel=5)
+    warn_of_doubts(plausibility.doubts(case), stacklevel=4)
+    found = estimated(case, normal, tangential, tol, options, stacklevel=5)
+    warn_of_doubts(found.patch_doubts, stacklevel=4)
+    return found
+
+
+def estimated(
+    case: WheelGeometry,
+    normal: str = "virtual-penetration",
+    tangential: TheoryName = "fastsim",
+    tol: float = 1e-6,
+    options: dict[str, Any] | None = None,
+    stacklevel: int = 2,
+) -> FastWheel:
+    """The same without plausibility warnings, for wheels of a search or a table."""
+    options = options or {}
+    check_sides(case.track.profile, stacklevel=stacklevel + 1)
     normal = checks.choice("normal", normal, NORMAL)
     tol = checks.positive("tol", tol)
     formula_of(tangential, {name: value for name, value in options.items() if name != "slope"})

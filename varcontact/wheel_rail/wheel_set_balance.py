@@ -89,9 +89,14 @@ def solve_wheel_set(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)  # of each wheel
         found = _solution(balance, x, solvers[-1], solved, np.linalg.inv(derivatives))
-    wheels = [each for each in found.wheels if isinstance(each, WheelRailSolution)]
-    warn(dict.fromkeys(text for each in wheels for text in each.patch_doubts), stacklevel=4)
+    _warn_of_patches(found, stacklevel=5)
     return found
+
+
+def _warn_of_patches(found: WheelSetSolution, stacklevel: int) -> None:
+    """Plausibility warnings of the patches of both wheels, each once."""
+    texts = (text for each in found.wheels for text in each.patch_doubts)
+    warn(dict.fromkeys(texts), stacklevel=stacklevel)
 
 
 def _derivatives(balance: Balance, x: np.ndarray, fast: FastWay) -> np.ndarray:
@@ -132,10 +137,12 @@ def estimate_wheel_set(
     case: LoadedWheelSet, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.estimate`."""
+    warn(doubts(case), stacklevel=4)
     fast = FastWay(normal, tangential, tuple(options.items()))
     balance, x = Search(case, fast).found()
     estimate = _solution(balance, x, fast, 0, None)
     warn_unbalanced(estimate.imbalance, tol)
+    _warn_of_patches(estimate, stacklevel=5)
     return estimate
 
 

@@ -92,9 +92,7 @@ class WheelSetSolution(WheelForces):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of the wheel set and of its wheels, each once; by `estimate` of the wheel set
-        alone.
-        """
+        """Warnings of the wheel set and of its wheels, each once."""
         texts = [text for each in self.wheels for text in each.warnings]
         return tuple(dict.fromkeys([*doubts(self.case), *texts]))
 
