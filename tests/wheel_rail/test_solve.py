@@ -12,11 +12,19 @@ from tests.scenes import refusals
 from tests.wheel_rail import conditions
 from tests.wheel_rail.conditions import circles
 from varcontact import creep_forces, reference
+from varcontact.errors import SceneError
 from varcontact.results.error_estimate import with_bar
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.wheel_rail import FrictionByAngle, RoughProfile, Velocity, WheelSetOnTrack
+from varcontact.wheel_rail import (
+    FrictionByAngle,
+    RoughProfile,
+    Velocity,
+    WheelSetOnTrack,
+    wheel_geometry,
+    wheel_on_elements,
+)
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements"),
@@ -126,6 +134,24 @@ def test_noise_is_warned_of_before_grids_are_refined(clock):
 
 
 @pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.RoughProfile")
+def test_the_geometry_counts_as_time(clock, monkeypatch):
+    """Of a locus that takes longer than the budget allows no contact is solved."""
+    follow = wheel_geometry.contact_locus
+
+    def slow(*arguments):
+        clock.now += 3.0
+        return follow(*arguments)
+
+    def unsolved(*arguments, **options):
+        raise AssertionError("solved after the budget")
+
+    monkeypatch.setattr(wheel_geometry, "contact_locus", slow)
+    monkeypatch.setattr(wheel_on_elements, "_contacts", unsolved)
+    with pytest.raises(SceneError, match="more seconds") as refused:
+        wheel(3.0).solve(time_budget=0.1)
+    assert refused.value.field == "time_budget"
+
+
 def test_a_time_budget_is_kept_on_rough_profiles(clock):
     for budget in (0.5, 4.0):
         begun = clock.now

@@ -15,6 +15,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
+from varcontact.solvers.interface import check_time
 from varcontact.solving.on_grid import ContactOnGrid, InitialGuess
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.solve import solve
@@ -142,6 +143,7 @@ class WheelOnElements:
 
     def _move_to(self, z: float) -> None:
         patches = patches_at(self._case, z)
+        check_time(self._deadline)
         if self._second_order:
             patches = tuple(replace(each, scene=each.scene.second_order()) for each in patches)
         self._patches = patches
