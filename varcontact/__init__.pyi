@@ -29,6 +29,7 @@ from .plasticity.plots import plot_shakedown_map
 from .plotting.frequency import plot_growth
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison, plot_curve
+from .plotting.traces import plot_traces
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from .results.error_estimate import ErrorEstimate
 from .results.frequency import FrequencyResponse, HarmonicSolution, corrugation_growth
@@ -155,6 +156,7 @@ __all__ = [
     "plot_growth",
     "plot_shakedown_map",
     "plot_stress",
+    "plot_traces",
     "program",
     "read_contact_input",
     "read_contact_output",

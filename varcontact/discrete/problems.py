@@ -5,6 +5,7 @@ dimensionless.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -187,6 +188,7 @@ class FoldedOperator(RestrictedOperator):
 
     images: np.ndarray
     signs: tuple[float, float]
+    copies: ClassVar[int] = 2
 
     @lazy_property
     def matrix(self) -> np.ndarray:

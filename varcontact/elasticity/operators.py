@@ -278,6 +278,8 @@ class RestrictedOperator:
     grid_operator: GridOperator
     elements: np.ndarray
     softening: np.ndarray | None = field(default=None, kw_only=True)
+    copies: ClassVar[int] = 1
+    """Number of elements that each stands for."""
 
     @lazy_property
     def matrix(self) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from varcontact.interfaces.interface import Fields, StepBefore
 from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import semi_axes
 from varcontact.results.solution import Solution
+from varcontact.results.trace import trace_dataset
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import SolveStats
@@ -81,6 +82,7 @@ def solution_of(
         calls=stats.calls,
         carried=_carried(disc, left_fields(disc, state)),
         pressure_on_parts=on_parts,
+        trace=_trace(scene, disc, stats),
     )
 
 
@@ -106,6 +108,14 @@ def step_before(sol: Solution, disc: Discretisation, heat: Sequence[Heat] = ()) 
         },
         heat=heat,
     )
+
+
+def _trace(scene: Scene, disc: Discretisation, stats: SolveStats) -> Any:
+    """The trace of the solvers, where it was kept."""
+    if stats.trace is None:
+        return None
+    energy = disc.scales.force * disc.scales.displacement
+    return trace_dataset(stats.trace.records, energy, scene.units)
 
 
 def _creepage(

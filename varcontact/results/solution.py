@@ -109,6 +109,9 @@ class Solution(Reported):
     pressure_on_parts : ndarray, shape (ny rows, nx columns), or None
         Where elements at the edge count in part, see `Grid`: the pressure on
         equal parts of the elements [force/area].
+    trace : xarray.Dataset or None
+        Solved with ``trace=True``: the iterates of the solvers, see
+        docs/programs.md; files do not keep it.
     carried : dict of ndarray
         Quantities that particles carry into the next step, by name: those of
         the interfaces, (..., ny, nx), as "weakening", the part of ``static -
@@ -154,6 +157,7 @@ class Solution(Reported):
     warnings: tuple[str, ...] = ()
     error_estimate: ErrorEstimate | None = None
     pressure_on_parts: np.ndarray | None = None
+    trace: xr.Dataset | None = None
     carried: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property

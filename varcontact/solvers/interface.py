@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.discrete.residuals import normal_residual, tangential_residual
+from varcontact.solvers.trace import Follower, Reporter, Trace, ignored
 
 SECONDS_MAX = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
@@ -48,8 +49,11 @@ class SolveStats:
     (1, 12)
     """
 
-    def __init__(self, progress: Callable[[str], None] | None = None) -> None:
+    def __init__(
+        self, progress: Callable[[str], None] | None = None, trace: Trace | None = None
+    ) -> None:
         self.calls: dict[str, dict[str, Calls]] = {}
+        self.trace = trace
         self._progress = progress
         self._begun = time.perf_counter()
         self._seconds: dict[str, float] = {}
@@ -89,8 +93,12 @@ class SolveStats:
         """One call of a solver; calls inside it count for themselves."""
         self._within_calls.append(0.0)
         started = time.perf_counter()
+        traced: AbstractContextManager[None] = nullcontext()
+        if self.trace is not None:
+            traced = self.trace.called(self._stage, solver)
         try:
-            yield
+            with traced:
+                yield
         finally:
             took = time.perf_counter() - started
             own = took - self._within_calls.pop()
@@ -107,6 +115,27 @@ class SolveStats:
         solvers[solver] = Calls(
             calls.count + count, calls.iterations + iterations, calls.seconds + seconds
         )
+
+    @property
+    def traces(self) -> bool:
+        """True where the iterates of solvers are recorded: not in the search for a grid."""
+        return self.trace is not None and self.trace.active and "grid" not in self._stages
+
+    def follow(self, problem: NormalProblem | TangentialProblem) -> Follower:
+        """The function that records iterates of the present call of a solver, if they are."""
+        if self.trace is None or not self.traces:
+            return ignored
+        return self.trace.follower(problem)
+
+    def reporter(self) -> Reporter | None:
+        """The function that records what a solver reports itself, if its iterates are recorded."""
+        if self.trace is None or not self.traces:
+            return None
+        return self.trace.reporter()
+
+    def add_answer(self, problem: NormalProblem | TangentialProblem, answer: RawSolution) -> None:
+        if self.trace is not None and self.traces:
+            self.trace.add_answer(problem, answer)
 
     def tell(self, words: str) -> None:
         if self._progress is not None and "grid" not in self._stages:
@@ -163,6 +192,7 @@ def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]
         with settings.stats.called(name):
             raw = solver(problem, settings, start)
             settings.stats.iterated(name, raw.iterations)
+            settings.stats.add_answer(problem, raw)
         return replace(raw, solver=raw.solver or name)
 
     return solve

@@ -85,7 +85,9 @@ class SolverSpec:
 
 def _norm(exchange: Literal["set", "one"]) -> Callable[..., RawSolution]:
     def solve(problem: NormalProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
-        return norm(problem, start, exchange=exchange, deadline=settings.deadline)
+        follow = settings.stats.follow(problem)
+        deadline = settings.deadline
+        return norm(problem, start, exchange=exchange, deadline=deadline, follow=follow)
 
     return solve
 
@@ -94,7 +96,8 @@ def _tang(newton: Literal["inexact", "exact"]) -> Callable[..., RawSolution]:
     def solve(
         problem: TangentialProblem, settings: Settings, start: RawSolution | None
     ) -> RawSolution:
-        return tang(problem, start, newton=newton, deadline=settings.deadline)
+        follow = settings.stats.follow(problem)
+        return tang(problem, start, newton=newton, deadline=settings.deadline, follow=follow)
 
     return solve
 

@@ -25,6 +25,7 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
+from varcontact.solvers.trace import Trace
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.selection import (
     AUTO,
@@ -64,6 +65,7 @@ class Options(TypedDict, total=False):
     store: str | Path | None
     accuracy: float | None
     time_budget: float | None
+    trace: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +82,7 @@ class Arguments:
     accuracy: float | None = None
     time_budget: float | None = None
     progress: Callable[[str], None] | None = None
+    trace: bool = False
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,7 @@ class SolveOptions:
     store: str | Path | None
     target: Target | None
     progress: Callable[[str], None]
+    trace: bool = False
     final: bool = True
     deadline: float = math.inf
     operators: dict[Grid, Operators] | None = None
@@ -155,6 +159,7 @@ class SolveOptions:
             arguments.store,
             target,
             checks.progress(arguments.progress),
+            _traced(scene, arguments.trace),
         )
 
     def solver(self, scene: Scene) -> ContactSolver:
@@ -169,7 +174,7 @@ class SolveOptions:
         else:
             certify = "none"
             tol = max(tol, LOOSE)
-        stats = SolveStats(self.progress)
+        stats = SolveStats(self.progress, Trace() if self.trace else None)
         chosen = self.target is not None
         refined = self.final and not chosen
         return ContactSolver(
@@ -181,6 +186,14 @@ class SolveOptions:
         if scene is self.scene:
             return self.plan
         return select(scene, self.methods)
+
+
+def _traced(scene: Scene, trace: Any) -> bool:
+    """True where the iterates of solvers are kept; refused in a history."""
+    trace = checks.flag("trace", trace)
+    if trace and isinstance(scene.motion, Transient):
+        raise SceneError("trace", trace, "left out in a history: solve a step by itself")
+    return trace
 
 
 def _check_start(scene: Scene, plan: Plan, start: Any) -> None:

@@ -161,12 +161,13 @@ class Program(Reported):
     def scales(self) -> dict[str, Any]:
         scales = self._posed.disc.scales
         posed = self._posed.posed
-        energy = self._conic.energy * posed.area * scales.force * scales.displacement
+        energy = self._conic.energy * scales.force * scales.displacement
+        product = self._conic.energy / posed.area  # of a traction and a shift
         if isinstance(posed, NormalProblem):
-            unit = math.sqrt(self._conic.energy * posed.operator.diagonal)
+            unit = math.sqrt(product * posed.operator.diagonal)
             traction = np.full(posed.distance.size, unit / posed.operator.diagonal)
         else:
-            unit = self._conic.energy / posed.bound.max()
+            unit = product / posed.bound.max()
             traction = np.tile(posed.bound, posed.components)
         return {
             "traction": traction * scales.pressure,

@@ -80,6 +80,7 @@ def solve(
     store: str | Path | None = None,
     accuracy: float | None = None,
     time_budget: float | None = None,
+    trace: bool = False,
 ) -> Solution | History | HarmonicSolution:
     """Solve a scene.
 
@@ -172,6 +173,10 @@ def solve(
     time_budget : float, optional
         In place of an accuracy: seconds. The most accurate answer that is
         expected within them.
+    trace : bool
+        Whether to keep the iterates of the solvers with their residual, gap,
+        objective and changes of area, as `Solution.trace`, see `plot_traces`.
+        Not of a history. Measuring takes several times as long as solving.
 
     Returns
     -------
@@ -245,6 +250,7 @@ def solve(
         accuracy=accuracy,
         time_budget=time_budget,
         progress=progress,
+        trace=trace,
     )
     for doubt in scene.doubts:
         warnings.warn(doubt, PlausibilityWarning, stacklevel=4)

@@ -15,6 +15,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import SolveStats
+from varcontact.solvers.trace import Trace
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.on_grid import finish, solve_contact
 from varcontact.solving.options import check_saturation
@@ -46,6 +47,7 @@ class Series:
     polish: bool
     certify: str = "auto"
     progress: Callable[[str], None] | None = None
+    trace: bool = False
     _last: _Last | None = None
 
     @one_blas_thread()
@@ -56,7 +58,7 @@ class Series:
             plan,
             self.tol,
             self.polish,
-            SolveStats(self.progress),
+            SolveStats(self.progress, Trace() if self.trace else None),
             certify=self.certify,
             refined=False,
         )
@@ -93,11 +95,12 @@ def solve_in_turn(
     polish: bool,
     progress: Callable[[str], None] | None = None,
     certify: str = "auto",
+    trace: bool = False,
 ) -> Iterator[Solution]:
     """The solutions of a scene for one motion after the other, with creepages or forces that
     differ, as a `Series`.
     """
-    series = Series(tol, polish, certify, progress)
+    series = Series(tol, polish, certify, progress, trace)
     try:
         for motion in motions:
             yield series.solve(replace(scene, motion=motion), plan)

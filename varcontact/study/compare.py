@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -63,6 +63,7 @@ def compare(
     time_budget: float | None = None,
     executor: Executor | None = None,
     workers: int = 1,
+    trace: bool = False,
 ) -> Comparison:
     """Solve scenes by many methods, and measure each answer.
 
@@ -94,6 +95,10 @@ def compare(
         Where scenes are solved, as for `sweep`: each by one worker with all
         methods. The seconds are then those of processes that may share
         processors.
+    trace : bool
+        Whether to keep the iterates of the solvers, as `Comparison.traces`, see
+        `plot_traces`; not of scenes that a store holds. Measuring takes several
+        times as long as solving.
 
     Returns
     -------
@@ -136,6 +141,7 @@ def compare(
     (['solved', 'solved', 'approximate'], True)
     """
     tol = checks.positive("tol", tol)
+    trace = checks.flag("trace", trace)
     execution = Execution(executor, workers, checks.progress(progress))
     named = {str(name): scene for name, scene in named_scenes(scenes).items()}
     chosen = _methods(methods)
@@ -143,12 +149,15 @@ def compare(
 
     def comparison(rows: list[dict[str, Any]]) -> Comparison:
         chosen_rows = [row for name in named for row in rows if row["scene"] == name]
-        return Comparison(chosen_rows, columns=list(COLUMNS))
+        table = Comparison(chosen_rows, columns=list(COLUMNS))
+        if trace:
+            table.traces = _traces(chosen_rows)
+        return table
 
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         finished = _finished(table, named, chosen, tol)
         tasks = {
-            name: (name, scene, chosen, tol)
+            name: (name, scene, chosen, tol, trace)
             for name, scene in named.items()
             if name not in finished
         }
@@ -192,7 +201,22 @@ def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) ->
     return answer.scene
 
 
-def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[dict[str, Any]]:
+def _traces(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Traces of rows by method, with the scene before it where there are several."""
+    several = len({row["scene"] for row in rows}) > 1
+    traces = {}
+    for row in rows:
+        name = row["method"]
+        if several:
+            name = f"{row['scene']}, {name}"
+        if row.get("trace") is not None:
+            traces[name] = row["trace"]
+    return traces
+
+
+def _rows(
+    name: str, scene: Scene, methods: list[Method], tol: float, trace: bool
+) -> list[dict[str, Any]]:
     """The rows of a scene by all methods, with distances from the solved answer of the smallest
     residual.
     """
@@ -200,7 +224,7 @@ def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[di
     motions: list[Any] = [motion]
     if motion is not None:
         motions.append(neighbour(motion))
-    attempts = [attempted(scene, method, tol, motions) for method in methods]
+    attempts = [attempted(scene, method, tol, motions, trace) for method in methods]
     solved = [solutions[0] for outcome, _, solutions in attempts if outcome == "solved"]
     best = min(solved, key=lambda sol: sol.certificate.residual, default=None)
     rows = []
@@ -214,6 +238,7 @@ def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[di
         }
         if solutions:
             row |= _measured(solutions, best)
+            row["trace"] = solutions[0].trace
         rows.append(row | {"identity": identity(scene, tol)})
     return rows
 
@@ -263,6 +288,11 @@ def _distances(sol: Solution, best: Solution) -> dict[str, Any]:
 class Comparison(pd.DataFrame):  # type: ignore[misc]
     """A data frame with one row per scene and method, see `varcontact.compare`.
 
+    Attributes
+    ----------
+    traces : dict of str to Dataset, or None
+        Compared with ``trace=True``: the iterates of each method's solvers.
+
     Examples
     --------
     >>> import varcontact as vc
@@ -274,6 +304,9 @@ class Comparison(pd.DataFrame):  # type: ignore[misc]
     >>> len(table[table["outcome"] == "solved"])
     1
     """
+
+    _metadata: ClassVar = ["traces"]
+    traces: dict[str, Any] | None = None
 
     @property
     def _constructor(self) -> Any:

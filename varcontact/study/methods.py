@@ -122,7 +122,11 @@ def _is_solver(kind: Kind, name: str) -> bool:
 
 
 def attempted(
-    scene: Scene, method: Method, tol: float, motions: Sequence[Steady | Shift | None]
+    scene: Scene,
+    method: Method,
+    tol: float,
+    motions: Sequence[Steady | Shift | None],
+    trace: bool = False,
 ) -> tuple[str, str, list[Solution]]:
     """Outcome of the first motion and its reason, and the solutions for all motions, as far as the
     method gets.
@@ -133,7 +137,7 @@ def attempted(
     try:
         plan = method.plan(scene)
         load_packages(plan.normal, plan.tangential)
-        solutions.extend(solve_in_turn(scene, motions, plan, tol, method.polish))
+        solutions.extend(solve_in_turn(scene, motions, plan, tol, method.polish, trace=trace))
     except VarcontactError as error:
         if not solutions:  # those before a later failure stay
             if isinstance(error, NotConverged) and error.solution is not None:

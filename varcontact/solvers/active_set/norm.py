@@ -14,6 +14,7 @@ import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.solvers.interface import check_time
+from varcontact.solvers.trace import Follower, ignored
 
 
 def norm(
@@ -22,6 +23,7 @@ def norm(
     exchange: Literal["set", "one"] = "set",
     max_exchanges: int = 10_000,
     deadline: float = math.inf,
+    follow: Follower = ignored,
 ) -> RawSolution:
     """Find the contact area by exchanging elements between contact and exterior.
 
@@ -39,7 +41,7 @@ def norm(
     always admissible.
     """
     if exchange == "one":
-        return _one_at_a_time(problem, start, max_exchanges, deadline)
+        return _one_at_a_time(problem, start, max_exchanges, deadline, follow)
     contact = _first_contact(problem, start)
     previous_areas: set[bytes] = set()
     status = "MaxIterations"
@@ -50,6 +52,7 @@ def norm(
             break
         previous_areas.add(contact.tobytes())
         pressure, approach = _pressure_on(problem, contact)
+        follow(RawSolution(pressure, np.array([approach])))
         tension = pressure < 0
         if tension.any():  # points 5 and 6: elements in tension leave the contact area
             contact = contact & ~tension
@@ -63,7 +66,11 @@ def norm(
 
 
 def _one_at_a_time(
-    problem: NormalProblem, start: RawSolution | None, max_exchanges: int, deadline: float
+    problem: NormalProblem,
+    start: RawSolution | None,
+    max_exchanges: int,
+    deadline: float,
+    follow: Follower,
 ) -> RawSolution:
     """Exchange one element a step: in goes the deepest overlap, out the first pressure that falls
     to zero.
@@ -92,8 +99,10 @@ def _one_at_a_time(
             pressure = pressure + reach[first] * (goal - pressure)
             pressure[first] = 0.0
             contact[first] = False
+            follow(RawSolution(pressure, np.array([approach])))
             continue
         pressure = goal
+        follow(RawSolution(pressure, np.array([approach])))
         distance = problem.distance - approach + problem.operator.apply(pressure[None])[0]
         overlaps = _overlaps(problem, contact, pressure, approach)
         if not overlaps.any():

@@ -25,6 +25,7 @@ from varcontact.solvers.interface import (
     natural_residual,
 )
 from varcontact.solvers.splitting.method import splitting_tangential
+from varcontact.solvers.trace import Follower, ignored
 from varcontact.system.process import interruptible
 
 MAX_EXCHANGES = 200
@@ -199,6 +200,7 @@ def tang(
     start: RawSolution | None = None,
     newton: Literal["exact", "inexact"] = "inexact",
     deadline: float = math.inf,
+    follow: Follower = ignored,
 ) -> RawSolution:
     """TANG (5.3): active sets, with Newton's method on given areas to the end, as printed, or ended
     early.
@@ -244,7 +246,9 @@ def tang(
             unchanged = np.array_equal(new_sticks, sticks)
             if not (unchanged and converged):
                 break
-        best = better(problem, best, _admissible(problem, at))
+        admissible = _admissible(problem, at)
+        follow(admissible)
+        best = better(problem, best, admissible)
         if not converged:
             status = "NewtonFailed"
             break
@@ -290,17 +294,17 @@ def tang_safeguarded(
         return no_slip(problem)
     settings = settings or Settings()
     if start is not None:
-        return _descend(problem, _admissible(problem, start), max_steps, settings.deadline)
+        return _descend(problem, _admissible(problem, start), max_steps, settings)
     at = _admissible(problem, no_slip(problem))
     if not at.finite:  # numbers overflow
         at = _unloaded(problem)
-    best = _descend(problem, at, max_steps, settings.deadline)
+    best = _descend(problem, at, max_steps, settings)
     if best.solved:
         return best
     count = best.iterations
     # of random problems some need each of these starts
     for begin, iterations in _further_starts(problem, at, settings):
-        raw = _descend(problem, begin, max_steps, settings.deadline)
+        raw = _descend(problem, begin, max_steps, settings)
         count += iterations + raw.iterations
         if raw.solved:
             return replace(raw, iterations=count)
@@ -316,7 +320,10 @@ def _further_starts(
     """
     if problem.free:
         inexact: TangentialSolver = counted(
-            "tang", lambda problem, settings, _: tang(problem, deadline=settings.deadline)
+            "tang",
+            lambda problem, settings, _: tang(
+                problem, deadline=settings.deadline, follow=settings.stats.follow(problem)
+            ),
         )
         raw = inexact(problem, settings, None)
         yield raw, raw.iterations
@@ -385,13 +392,15 @@ def _on_areas(
 
 
 def _descend(
-    problem: TangentialProblem, at: RawSolution, max_steps: int, deadline: float
+    problem: TangentialProblem, at: RawSolution, max_steps: int, settings: Settings
 ) -> RawSolution:
     """Newton steps with the areas renewed after each, shortened until the natural map's residual
     falls.
     """
     best = _admissible(problem, at)
     residual = natural_residual(problem, best)
+    follow = settings.stats.follow(problem)
+    follow(best)
     iterate = _Iterate.of(problem, at)
     lowest = iterate.merit
     equations = None
@@ -402,7 +411,7 @@ def _descend(
         # once solved, one step without gain ends it
         if idle >= (1 if residual <= RESIDUAL_SOLVED else MAX_IDLE_STEPS):
             break
-        check_time(deadline)
+        check_time(settings.deadline)
         count += 1
         # areas anew, and Newton's equations unless the last ones still serve
         sticks = ~problem.potential.slips(iterate.trial, problem.operator.row_size)
@@ -416,6 +425,7 @@ def _descend(
         # the best answer so far, and steps without gain
         admissible = _admissible(problem, iterate.at)
         new_residual = natural_residual(problem, admissible)
+        follow(admissible)
         if new_residual < residual:
             best = admissible
             residual = new_residual

@@ -27,6 +27,7 @@ from varcontact.solvers.conic.languages import (
 )
 from varcontact.solvers.conic.programs import ConicProgram, normal_program, tangential_program
 from varcontact.solvers.interface import Settings, check_time
+from varcontact.solvers.trace import Reporter
 from varcontact.system.process import imported, interruptible
 
 
@@ -184,10 +185,20 @@ def _by_clarabel(program: ConicProgram, settings: Settings) -> RawSolution:
     for name, value in _options("clarabel", settings.tol).items():
         setattr(options, name, value)
     problem = for_clarabel(_with_spare_variables(program))
-    result = interruptible(clarabel.DefaultSolver(*problem, options).solve)
+    solver = clarabel.DefaultSolver(*problem, options)
+    report = settings.stats.reporter()
+    if report is not None:
+        solver.set_termination_callback(partial(_reported, report, program.energy))
+    result = interruptible(solver.solve)
     traction, rigid = program.recover(np.array(result.x), np.array(result.z))
     solved = bool(result.status == clarabel.SolverStatus.Solved)
     return RawSolution(traction, rigid, int(result.iterations), str(result.status), solved)
+
+
+def _reported(report: Reporter, energy: float, info: Any) -> bool:
+    """Record what Clarabel says of an iterate; False lets it go on."""
+    report(objective=info.cost_primal * energy, gap=info.gap_abs * energy)
+    return False
 
 
 def _by_osqp(program: ConicProgram, settings: Settings) -> RawSolution:

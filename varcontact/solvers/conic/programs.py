@@ -28,7 +28,7 @@ class ConicProgram:
     order, which is that of the rows; a second-order cone is ``s[0] >= |s[1:]|``. `recover` takes
     variables and multipliers (x, z), ``P x + q + A'z = 0``, to the problem's (traction, rigid).
     `variables` and `rows` have the places of their blocks by name; `energy` is that of an objective
-    of 1, divided by the area of an element.
+    of 1.
     """
 
     P: Any
@@ -164,7 +164,7 @@ def normal_program(
         recover=recover,
         variables=variables,
         rows=rows,
-        energy=pressure * displacement,
+        energy=problem.area * pressure * displacement,
     )
 
 
@@ -286,7 +286,7 @@ def tangential_program(
         recover=_tangential_answer(scaled, variables, rows),
         variables=variables,
         rows=rows,
-        energy=scaled.most * scaled.shift,
+        energy=problem.area * scaled.most * scaled.shift,
     )
 
 

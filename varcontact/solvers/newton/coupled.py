@@ -18,8 +18,8 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution
 from varcontact.elasticity.operators import GridOperator
-from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import Problem, point, solve_from
+from varcontact.solvers.interface import Settings, SolveStats
+from varcontact.solvers.newton.driver import Problem, ignored_point, point, solve_from
 from varcontact.solvers.newton.gcr import Forces, System
 from varcontact.solvers.newton.globalisation import Conditions, Point
 from varcontact.solvers.newton.kernel import kernel, unit
@@ -207,6 +207,12 @@ class ScaledCoupled(Problem[CoupledConditions]):
 
     def error(self, at: Point) -> float:
         return self.residual(RawSolution(*self.physical(at.traction, at.rigid)))
+
+    def follower(self, stats: SolveStats) -> Callable[[Point], None]:
+        report = stats.reporter()
+        if report is None:
+            return ignored_point
+        return lambda at: report(residual=self.error(at))
 
     def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return traction * self.load, (rigid * self.displacement).ravel()

@@ -8,6 +8,7 @@ search keeps it converging.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Generic, TypeVar
@@ -15,7 +16,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.solvers.interface import Settings, better, check_time
+from varcontact.solvers.interface import Settings, SolveStats, better, check_time
 from varcontact.solvers.newton.gcr import Forces, gcr, room_for
 from varcontact.solvers.newton.globalisation import (
     Conditions,
@@ -59,6 +60,10 @@ C = TypeVar("C", bound=Conditions)
 G = TypeVar("G", bound="GridConditions")
 
 
+def ignored_point(at: Point) -> None:
+    """Follower of nothing."""
+
+
 @dataclass(frozen=True, eq=False)
 class Problem(ABC, Generic[C]):
     """A contact problem in its own units, judged in double precision."""
@@ -76,6 +81,10 @@ class Problem(ABC, Generic[C]):
     @abstractmethod
     def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tractions and rigid shifts as the solver's caller has them."""
+
+    @abstractmethod
+    def follower(self, stats: SolveStats) -> Callable[[Point], None]:
+        """The function that records points on the way."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +185,12 @@ class GridProblem(Problem[G]):
         shift = np.atleast_2d(self.problem.shift(*self.physical(traction, rigid)))
         return self.box.field(shift) / self.displacement * self.conditions.forces.scale
 
+    def follower(self, stats: SolveStats) -> Callable[[Point], None]:
+        if not stats.traces:
+            return ignored_point
+        follow = stats.follow(self.problem)
+        return lambda at: follow(RawSolution(*self.physical(at.traction, at.rigid)))
+
     def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values = self.box.values(traction * self.conditions.forces.scale) * self.load
         return values, self.sign * rigid.ravel() * self.displacement
@@ -252,6 +267,9 @@ def newton(
     previous_residual = 0.0
     idle = 0
     room = room_for(at.traction.size, forces)
+    follow = ignored_point
+    if finest is not None:
+        follow = finest.follower(settings.stats)
     for count in range(max_steps):
         check_time(settings.deadline)
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
@@ -261,6 +279,7 @@ def newton(
             return best, "NotANumber", count
         ny, nx = at.traction.shape[1:]
         settings.stats.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
+        follow(at)
         if now.residual < least:
             best = at
             least = now.residual

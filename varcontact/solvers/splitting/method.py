@@ -16,6 +16,7 @@ SIAM J. Control Optim. 34 (1996) 1814-1830.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -105,8 +106,9 @@ def solve(problem: GridProblem, settings: Settings, start: RawSolution | None) -
     # rounds to a goal, which is smaller where the certificate's judgement differs
     goal = tol
     status = "MaxRounds"
+    follow = _follower(problem, inequality, settings)
     for _ in range(JUDGEMENTS_MAX):
-        run = rounds(inequality, iterate, goal, settings, ROUNDS_MAX)
+        run = rounds(inequality, iterate, goal, settings, ROUNDS_MAX, follow)
         iterate = run.best
         count += run.count
         point = inequality.point(iterate)
@@ -122,6 +124,20 @@ def solve(problem: GridProblem, settings: Settings, start: RawSolution | None) -
         status = "NotANumber"
     solved = status == "Solved"
     return RawSolution(*problem.physical(point.traction, point.rigid), count, status, solved)
+
+
+def _ignored(iterate: Iterate) -> None:
+    """Follower of nothing."""
+
+
+def _follower(
+    problem: GridProblem, inequality: Inequality, settings: Settings
+) -> Callable[[Iterate], None]:
+    """The function that records iterates on the finest grid."""
+    if not settings.stats.traces:
+        return _ignored
+    follow = problem.follower(settings.stats)
+    return lambda iterate: follow(inequality.point(iterate))
 
 
 def _from_coarse_grids(
@@ -153,7 +169,12 @@ class Run:
 
 
 def rounds(
-    inequality: Inequality, start: Iterate, goal: float, settings: Settings, most: int
+    inequality: Inequality,
+    start: Iterate,
+    goal: float,
+    settings: Settings,
+    most: int,
+    follow: Callable[[Iterate], None] = _ignored,
 ) -> Run:
     """Candidates of the extrapolation, and contractions where these gain nothing, until a residual
     is below the goal.
@@ -168,6 +189,7 @@ def rounds(
         check_time(settings.deadline)
         # the end, judged in double precision
         residual = inequality.residual(now)
+        follow(now)
         settings.stats.tell(f"{inequality.words}, round {count}, residual {residual:.1e}")
         if residual <= goal and now.noise > 0:
             now = inequality.in_double_precision(now)
