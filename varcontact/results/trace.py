@@ -34,7 +34,9 @@ def trace_dataset(records: list[dict[str, Any]], energy: float, units: Units | N
     names = {"problem": str, "solver": str, "call": int, "iteration": int}
     data: dict[str, Any] = {}
     for name in (*WHERE, *FIGURES):
-        values = np.array([record.get(name, np.nan) for record in records], names.get(name, float))
+        values: Any = np.array(
+            [record.get(name, np.nan) for record in records], names.get(name, float)
+        )
         if name in ENERGIES:
             values = values * energy
         attributes = {"long_name": MEANINGS[name]}

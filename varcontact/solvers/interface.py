@@ -9,9 +9,11 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
+import numpy as np
+
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.discrete.residuals import normal_residual, tangential_residual
-from varcontact.solvers.trace import Follower, Reporter, Trace, ignored
+from varcontact.solvers.trace import Follower, Reporter, Trace
 
 SECONDS_MAX = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
@@ -36,6 +38,10 @@ class Calls:
     count: int = 0
     iterations: int = 0
     seconds: float = 0.0
+
+
+def ignored(iterate: RawSolution | np.ndarray) -> None:
+    """Follower of nothing."""
 
 
 class SolveStats:

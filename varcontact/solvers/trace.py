@@ -31,10 +31,6 @@ FIGURES = ("residual", "gap", "objective", "changes")
 dimensionless energies; elements whose area is another than before."""
 
 
-def ignored(iterate: RawSolution | np.ndarray) -> None:
-    """Follower of nothing."""
-
-
 @dataclass
 class Call:
     """One call of a solver, and its iterates so far."""

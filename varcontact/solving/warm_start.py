@@ -88,19 +88,11 @@ class Series:
 
 
 def solve_in_turn(
-    scene: Scene,
-    motions: Iterable[Steady | Shift | None],
-    plan: Plan,
-    tol: float,
-    polish: bool,
-    progress: Callable[[str], None] | None = None,
-    certify: str = "auto",
-    trace: bool = False,
+    scene: Scene, motions: Iterable[Steady | Shift | None], plan: Plan, series: Series
 ) -> Iterator[Solution]:
     """The solutions of a scene for one motion after the other, with creepages or forces that
     differ, as a `Series`.
     """
-    series = Series(tol, polish, certify, progress, trace)
     try:
         for motion in motions:
             yield series.solve(replace(scene, motion=motion), plan)

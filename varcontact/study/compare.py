@@ -229,7 +229,7 @@ def _rows(
     best = min(solved, key=lambda sol: sol.certificate.residual, default=None)
     rows = []
     for method, (outcome, reason, solutions) in zip(methods, attempts, strict=True):
-        row = {
+        row: dict[str, Any] = {
             "scene": name,
             "method": method.name,
             "outcome": outcome,

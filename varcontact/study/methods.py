@@ -21,7 +21,7 @@ from varcontact.solvers.registry import (
 )
 from varcontact.solving.own_solvers import solver_name
 from varcontact.solving.selection import FORMULATIONS, PRESETS, Methods, select
-from varcontact.solving.warm_start import solve_in_turn
+from varcontact.solving.warm_start import Series, solve_in_turn
 from varcontact.theories.on_grid import THEORIES
 
 DEFAULT_METHODS = (
@@ -137,7 +137,8 @@ def attempted(
     try:
         plan = method.plan(scene)
         load_packages(plan.normal, plan.tangential)
-        solutions.extend(solve_in_turn(scene, motions, plan, tol, method.polish, trace=trace))
+        series = Series(tol, method.polish, trace=trace)
+        solutions.extend(solve_in_turn(scene, motions, plan, series))
     except VarcontactError as error:
         if not solutions:  # those before a later failure stay
             if isinstance(error, NotConverged) and error.solution is not None:

@@ -26,7 +26,7 @@ from varcontact.solving.options import (
 )
 from varcontact.solving.own_solvers import SolverChoice
 from varcontact.solving.selection import CouplingName, FormulationName, MethodName, Methods
-from varcontact.solving.warm_start import solve_in_turn
+from varcontact.solving.warm_start import Series, solve_in_turn
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.theories.creep_forces import VECTORISED, creep_forces
@@ -153,9 +153,8 @@ def scanned(
         checked.plan_for(each)
     if checked.target is not None:
         return (cast(Solution, adaptive.solve(each, checked)) for each in scenes)
-    return solve_in_turn(
-        scene, motions, checked.plan, checked.tol, checked.polish, progress, checked.certify
-    )
+    series = Series(checked.tol, checked.polish, checked.certify, progress)
+    return solve_in_turn(scene, motions, checked.plan, series)
 
 
 def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:

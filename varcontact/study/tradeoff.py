@@ -28,7 +28,7 @@ from varcontact.solving.discretisation_variants import Way, answer
 from varcontact.solving.options import TOLERANCE, polished_by
 from varcontact.solving.own_solvers import solver_name
 from varcontact.solving.selection import Methods, select
-from varcontact.solving.warm_start import solve_in_turn
+from varcontact.solving.warm_start import Series, solve_in_turn
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
 from varcontact.study.methods import failure, neighbour
 from varcontact.study.parallel import Execution, traced
@@ -263,7 +263,8 @@ def _repeat_seconds(scene: Scene, way: Way) -> float:
         on_grid = way.of(scene, n)
         plan = select(on_grid, Methods(tangential=options.get("tangential", "auto")))
         motions = [on_grid.motion, neighbour(on_grid.motion)]
-        turns = solve_in_turn(on_grid, motions, plan, TOLERANCE, polished_by(plan, None))
+        series = Series(TOLERANCE, polished_by(plan, None))
+        turns = solve_in_turn(on_grid, motions, plan, series)
         next(turns)
         started = time.process_time()
         next(turns)

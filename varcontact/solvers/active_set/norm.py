@@ -13,8 +13,8 @@ from typing import Literal
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution
-from varcontact.solvers.interface import check_time
-from varcontact.solvers.trace import Follower, ignored
+from varcontact.solvers.interface import check_time, ignored
+from varcontact.solvers.trace import Follower
 
 
 def norm(

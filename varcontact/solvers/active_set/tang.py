@@ -22,10 +22,11 @@ from varcontact.solvers.interface import (
     better,
     check_time,
     counted,
+    ignored,
     natural_residual,
 )
 from varcontact.solvers.splitting.method import splitting_tangential
-from varcontact.solvers.trace import Follower, ignored
+from varcontact.solvers.trace import Follower
 from varcontact.system.process import interruptible
 
 MAX_EXCHANGES = 200

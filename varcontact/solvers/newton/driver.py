@@ -267,9 +267,7 @@ def newton(
     previous_residual = 0.0
     idle = 0
     room = room_for(at.traction.size, forces)
-    follow = ignored_point
-    if finest is not None:
-        follow = finest.follower(settings.stats)
+    follow = _follower(finest, settings)
     for count in range(max_steps):
         check_time(settings.deadline)
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
@@ -310,6 +308,13 @@ def newton(
         at = replace(at, noise=noise)
         now = measure
     return _admissible(conditions, best, finest), "MaxIterations", max_steps
+
+
+def _follower(finest: Problem[C] | None, settings: Settings) -> Callable[[Point], None]:
+    """The function that records points on the finest grid."""
+    if finest is None:
+        return ignored_point
+    return finest.follower(settings.stats)
 
 
 def _error(at: Point, finest: Problem[C] | None) -> float:

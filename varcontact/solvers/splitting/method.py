@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -131,7 +132,7 @@ def _ignored(iterate: Iterate) -> None:
 
 
 def _follower(
-    problem: GridProblem, inequality: Inequality, settings: Settings
+    problem: GridProblem[Any], inequality: Inequality, settings: Settings
 ) -> Callable[[Iterate], None]:
     """The function that records iterates on the finest grid."""
     if not settings.stats.traces:
