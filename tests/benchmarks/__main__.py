@@ -16,7 +16,7 @@ import warnings
 
 from tests.benchmarks.table import filled, keep, pages
 
-GROUPS = ("accuracy", "bars", "speed", "front", "fit", "interop", "balance", "claims")
+GROUPS = ("accuracy", "bars", "speed", "front", "fit", "interop", "balance", "claims", "shakedown")
 
 
 def main() -> None:
