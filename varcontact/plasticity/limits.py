@@ -567,24 +567,25 @@ class _Found:
 
 def _by_programs(found: _Found, way: Passage, search: Search) -> _Found:
     """Bounds by programs: residual stresses, velocities on two meshes, finer residual stresses."""
-    assert search.gap is not None
+    gap = search.gap
+    assert gap is not None
     more = 0
     if way.depth[-1] > SLENDER:
         more = 3
 
-    def below(found: _Found, sizes: tuple[int, int, int]) -> _Found:
+    def with_stresses(found: _Found, sizes: tuple[int, int, int]) -> _Found:
         space = ResidualSpace.around(way, sizes[0], sizes[1], sizes[2] + more)
-        enough = (1 - search.gap) * found.upper
+        enough = (1 - gap) * found.upper
         return found.with_lower(lower_bound(way, space, enough, search.report))
 
     def ended(found: _Found) -> bool:
         """True where the gap is closed, or nothing but what lies between samples keeps it open."""
-        return found.gap <= search.gap or found.sampled > (1 - search.gap / 4) * found.upper
+        return found.gap <= gap or found.sampled > (1 - gap / 4) * found.upper
 
-    found = below(found, SPLINES)
+    found = with_stresses(found, SPLINES)
     for sizes in MESHES:
         if not ended(found):
             found = found.with_upper(upper_bound(way, flow_mesh(way, *sizes), search.report))
     if not ended(found):
-        found = below(found, FINER_SPLINES)
+        found = with_stresses(found, FINER_SPLINES)
     return found

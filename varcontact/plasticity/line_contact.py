@@ -122,7 +122,7 @@ def line_passage(
 @one_blas_thread()
 def line_limit(line: LinePassage, strength: Strength, hardening: str) -> LineLimit:
     """The shakedown limit of a line contact."""
-    free = IN_PLANE
+    free: tuple[int, ...] = IN_PLANE
     if hardening == "kinematic":
         free = ANY
     # all depths, then closer ones beside the least limit

@@ -228,7 +228,7 @@ def _largest(
 def _add_worst(chosen: np.ndarray, size: np.ndarray) -> None:
     """Add the worst points, none beside each other, and the peaks along x of all that exceed."""
     worst = size.max(axis=-1)
-    known = chosen.any(axis=-1)
+    known = np.asarray(chosen.any(axis=-1))
     taken = np.zeros_like(known)
     over = np.argwhere(worst > 1 + TOLERANCE / 4)
     for row, column in over[np.argsort(-worst[tuple(over.T)])]:

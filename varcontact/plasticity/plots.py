@@ -35,7 +35,7 @@ SMALL_FLOW = 0.08
 
 @checks.named_options()
 def plot_shakedown_map(
-    limits: Mapping[str, Shakedown],
+    limits: Shakedown | Mapping[str, Shakedown],
     *,
     ax: Axes | None = None,
     figsize: tuple[float, float] | None = None,
@@ -45,8 +45,8 @@ def plot_shakedown_map(
 
     Parameters
     ----------
-    limits : mapping of str to Shakedown
-        By name.
+    limits : Shakedown, or mapping of str to Shakedown
+        Several by name.
     ax, figsize
         As for `Solution.plot`.
 
@@ -56,8 +56,9 @@ def plot_shakedown_map(
         A patch whose point lies below its bar shakes down, above it does not. The curves are those
         of line contacts in full slip (nu = 0.3), and Johnson's line 1/f.
     """
-    if not isinstance(limits, Mapping):
+    if isinstance(limits, Shakedown):
         limits = {"": limits}
+    checks.kind("limits", limits, Shakedown, Mapping)
     for name, limit in limits.items():
         checks.kind(f"limits[{name!r}]", limit, Shakedown)
     with style.panel(ax, figsize, (style.COLUMN, style.COLUMN)) as (figure, drawn):

@@ -378,7 +378,7 @@ def _in_groups(
 
 def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
     """A few digits that identify one wheel with its settings."""
-    settings = [type(case.friction).__name__, file.options, file.archard]
+    settings: list[Any] = [type(case.friction).__name__, file.options, file.archard]
     if file.fast:
         settings.append("fast")
     if file.yield_in_shear is not None:
