@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 from scipy.sparse import csc_matrix
 
 import varcontact as vc
+from tests import random_scenes
 from tests.scenes import refused
 from varcontact import energy
 
@@ -387,3 +388,22 @@ def test_a_solution_of_a_program_is_a_solution(small, tmp_path):
     again = vc.load(tmp_path / "x.nc")
     assert again.note == ""
     assert again.plan.tangential == "program"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "kind", [kind for kind in random_scenes.KINDS if not kind.endswith("history")]
+)
+def test_random_scenes(kind):
+    """Programs of every kind of scene, of pressures and of tractions, come back right."""
+    (scene,) = random_scenes.scenes(kind, 1, seed=0)
+    grid = vc.Grid(nx=8) if scene.line else vc.Grid(nx=8, ny=8)
+    sol = vc.solve(dataclasses.replace(scene, grid=grid))
+    placed = dataclasses.replace(scene, grid=sol.grid)
+    normal = vc.program(placed, "normal")
+    assert normal.solution(*solved(normal)).certificate.normal_residual < 1e-6
+    if scene.motion is None:
+        return
+    pressure = None if sol.plan.closed_form else sol.pressure
+    tangential = vc.program(placed, pressure=pressure)
+    assert tangential.solution(*solved(tangential)).certificate.tangential_residual < 1e-4
