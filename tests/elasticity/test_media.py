@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.operators import medium_of
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.elasticity.of_scenes import medium_of
 from varcontact.elasticity.shear_layer import ShearLayer
 from varcontact.scene.bodies import as_bodies
 from varcontact.scene.grid import Grid

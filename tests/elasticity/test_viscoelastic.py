@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import quad
 
 import varcontact as vc
-from varcontact.discrete.operators import _of_several_solids, medium_of
 from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.elasticity.of_scenes import _of_several_solids, medium_of
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
 from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Grid

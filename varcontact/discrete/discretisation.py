@@ -15,9 +15,10 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.loading import Loading, PreviousStep
-from varcontact.discrete.operators import Operators, medium_on
+from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.conformal import Conformal
+from varcontact.elasticity.of_scenes import medium_on
 from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.interfaces.interface import BetweenBodies, Fields, Interface, Quantity, Surroundings

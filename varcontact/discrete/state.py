@@ -15,8 +15,8 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid, undeformed_distance
-from varcontact.discrete.operators import FREE_DEPTH
 from varcontact.discrete.problems import NormalProblem
+from varcontact.elasticity.of_scenes import FREE_DEPTH
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Cells, Grid

@@ -21,7 +21,14 @@ from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, Tempera
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
-from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface
+from varcontact.scene.surfaces import (
+    Cylinders,
+    Ellipse,
+    Paraboloids,
+    SampledDistance,
+    depth_of,
+    is_curved,
+)
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
@@ -230,18 +237,6 @@ def _check_surfaces(scene: Scene) -> None:
             raise SceneError("motion.surface", surface, allowed)
     if any(is_curved(surface) for surface in (scene.surface, *scene.surfaces)):
         _check_conformal(scene)
-
-
-def depth_of(surface: Surface) -> float | None:
-    """The depth from which displacements count, where a surface of line contact has one."""
-    if isinstance(surface, Cylinders | SampledDistance):
-        return surface.reference_depth
-    return None
-
-
-def is_curved(surface: Surface) -> bool:
-    """The reference surface is curved: the contact is conformal."""
-    return isinstance(surface, SampledDistance) and surface.inclination is not None
 
 
 def _check_conformal(scene: Scene) -> None:

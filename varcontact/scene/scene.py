@@ -32,7 +32,14 @@ from varcontact.scene.friction import FrictionBound, Law, coefficient
 from varcontact.scene.grid import Edge, Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
-from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
+from varcontact.scene.surfaces import (
+    Ellipse,
+    Paraboloids,
+    SampledDistance,
+    Surface,
+    depth_of,
+    is_curved,
+)
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 from varcontact.system.process import lazy_property
@@ -187,7 +194,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     @property
     def conformal(self) -> bool:
         """True where the bodies meet on a curved surface, see `SampledDistance`."""
-        return consistency.is_curved(self.surface)
+        return is_curved(self.surface)
 
     @property
     def coupled(self) -> bool:
@@ -210,7 +217,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     @property
     def reference_depth(self) -> float | None:
         """The depth from which displacements count in line contact, where it is given."""
-        return consistency.depth_of(self.surface)
+        return depth_of(self.surface)
 
     @property
     def speed(self) -> float | None:

@@ -386,3 +386,15 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
 
 
 Surface = Paraboloids | Ellipse | Cylinders | SampledDistance
+
+
+def depth_of(surface: Surface) -> float | None:
+    """The depth from which displacements count, where a surface of line contact has one."""
+    if isinstance(surface, Cylinders | SampledDistance):
+        return surface.reference_depth
+    return None
+
+
+def is_curved(surface: Surface) -> bool:
+    """The reference surface is curved: the contact is conformal."""
+    return isinstance(surface, SampledDistance) and surface.inclination is not None

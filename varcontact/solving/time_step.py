@@ -20,10 +20,11 @@ from varcontact.discrete.certificate import Certificate, ForceBounds
 from varcontact.discrete.contact_grid import beyond, interpolated, sampled
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.loading import PreviousStep
-from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of, medium_on
+from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
 from varcontact.discrete.stick_slip import STICK, ContactResponse, unit_slip
+from varcontact.elasticity.of_scenes import FREE_DEPTH, medium_of, medium_on
 from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
