@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from varcontact.interfaces.interface import Fields
-from varcontact.scene.friction import FrictionBound, Law
+from varcontact.scene.friction import Friction
 from varcontact.scene.motion import Motion
 from varcontact.scene.scene import Scene
 
@@ -40,7 +40,7 @@ class Loading:
     """
 
     scene: Scene
-    friction: float | np.ndarray | Law | FrictionBound | None
+    friction: Friction | None
     normal_force: float | None
     approach: float | None
     motion: Motion | None

@@ -26,6 +26,7 @@ from varcontact.interfaces.interface import (
 from varcontact.interfaces.potential import Potential
 from varcontact.scene.interface import Thermal
 from varcontact.scene.motion import Steady, TimeStep
+from varcontact.scene.scene import Scene
 from varcontact.scene.units import Scales
 from varcontact.transports import further_along
 
@@ -115,6 +116,13 @@ class Heat:
         assert step.dt is not None
         power = power_density * ((step.dq or 1.0) / step.dt)
         return cls(power, contact, step.dt, step.rolls * step.dq)
+
+
+def heating(scene: Scene, density: np.ndarray) -> np.ndarray:
+    """The density of work that heats the surfaces: none where nothing slips, but energy is lost at
+    edges.
+    """
+    return density * (not scene.no_slip)
 
 
 def temperature_rise(

@@ -18,7 +18,7 @@ import numpy as np
 
 from varcontact.errors import SceneError
 from varcontact.interfaces.potential import Potential
-from varcontact.scene.friction import FrictionBound, Law
+from varcontact.scene.friction import Friction
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion
 from varcontact.scene.scene import Scene
@@ -161,7 +161,7 @@ class BetweenBodies:
     """What interfaces are made from: a scene, its friction and motion now, its grid and scales."""
 
     scene: Scene
-    friction: float | np.ndarray | Law | FrictionBound | None
+    friction: Friction | None
     motion: Motion | None
     grid: Grid
     scales: Scales

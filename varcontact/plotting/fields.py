@@ -57,12 +57,12 @@ def is_shift(sol: Solution) -> bool:
 
 
 def draw_states(
-    ax: Axes, state: np.ndarray, x: np.ndarray, y: np.ndarray, plastic: bool, **options: Any
+    ax: Axes, state: np.ndarray, x: np.ndarray, y: np.ndarray, states: int, **options: Any
 ) -> None:
     """Areas of elements (ny, nx) by their state, between lines at x and y; each in one rectangle
     for a run along x.
     """
-    for number, (name, look) in enumerate(list(style.LOOKS.items())[: 2 + plastic], 1):
+    for number, (name, look) in enumerate(list(style.LOOKS.items())[:states], 1):
         inside = np.pad(state == number, ((0, 0), (0, 1))).ravel()
         first, end = np.flatnonzero(np.diff(inside, prepend=False)).reshape(-1, 2).T
         row = first // x.size
@@ -95,7 +95,7 @@ def draw_areas(
         leading = (around[:, 2:] == EXTERIOR) & (around[:, :-2] == STICK)
         state = np.where(leading & (state == SLIP), STICK, state)
     x, y = sol.grid.lines
-    draw_states(ax, state, lengths(x), lengths(y), sol.plastic is not None)
+    draw_states(ax, state, lengths(x), lengths(y), len(sol.states))
     size = np.hypot(*sol.traction).max(initial=0.0)
     arrows = Arrows(sol.traction, sol.state > 0, 26, largest or size)
     if _draw_arrows(ax, sol.grid, arrows, lengths, box):
@@ -346,7 +346,7 @@ def _line_areas(ax: Axes, sol: Solution, lengths: Measure) -> None:
         sol.state,
         x,
         page,
-        sol.plastic is not None,
+        len(sol.states),
         transform=ax.get_xaxis_transform(),
         zorder=0,
     )

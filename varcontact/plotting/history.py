@@ -83,7 +83,7 @@ def _draw_middle_row(ax: Axes, history: History, edges: np.ndarray) -> None:
     lengths = measure(history.scene, "length", history.grid.box)
     state = np.array([sol.state[history.grid.rows // 2] for sol in history]).T
     across = lengths(history.grid.lines[0])
-    draw_states(ax, state, edges, across, any(sol.plastic is not None for sol in history))
+    draw_states(ax, state, edges, across, max(len(sol.states) for sol in history))
     ax.set(xlim=edges[[0, -1]], ylim=across[[0, -1]])
     ax.set_ylabel(lengths.label("x" if history.scene.line else "x, middle row"))
 

@@ -15,8 +15,7 @@ from varcontact.errors import SceneError
 from varcontact.plotting import style
 from varcontact.plotting.fields import box_of, draw_areas, draw_field, draw_section, to_scale
 from varcontact.results.solution import Panel, Solution
-from varcontact.scene.friction import BRANCHES, Law
-from varcontact.scene.friction_laws import kind_of
+from varcontact.scene.friction import BRANCHES
 
 PANELS = get_args(Panel)
 
@@ -132,8 +131,8 @@ def plot_passes(sol: Solution) -> Figure:
             "loops and laws of friction have them"
         )
         raise SceneError("solution", sol.plan.coupling, message=message)
-    if isinstance(sol.scene.friction, Law):
-        loop = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}"
+    if sol.branch:
+        loop = f"{sol.plan.friction} friction, from {BRANCHES[sol.branch]}"
         changed = "coefficients"
     else:
         loop = f"{sol.plan.coupling}, {sol.scene.difference}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, overload
@@ -14,7 +14,7 @@ from varcontact import checks
 from varcontact.discrete.stick_slip import EXTERIOR
 from varcontact.errors import SceneError
 from varcontact.html import Reported
-from varcontact.interfaces.heat import Heat, temperatures_in_time
+from varcontact.interfaces.heat import Heat, heating, temperatures_in_time
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -33,7 +33,7 @@ def heat_of(step: Solution) -> Heat:
         dq = motion.dq or step.grid.sides[0]
         motion = replace(motion.step(dq), dt=dq / (motion.speed or np.nan))
     assert isinstance(motion, TimeStep)
-    return Heat.of(step.power_density * (not step.scene.no_slip), step.state != EXTERIOR, motion)
+    return Heat.of(heating(step.scene, step.power_density), step.state != EXTERIOR, motion)
 
 
 def heat_before(start: Solution | None) -> list[Heat]:
@@ -48,6 +48,15 @@ def heat_before(start: Solution | None) -> list[Heat]:
         return []
     heat = heat_of(start)
     return [heat] * math.ceil(2 + start.grid.nx * start.grid.sides[0] / heat.rolled)
+
+
+def heat_so_far(scene: Scene, start: Solution | None, steps: Iterable[Heat]) -> list[Heat]:
+    """Heat of the start and of the first steps of a history; none where friction does not depend
+    on it.
+    """
+    if not scene.warm:
+        return []
+    return [*heat_before(start), *steps]
 
 
 def series_of(history: History, name: str, shape: tuple[int, ...] = ()) -> np.ndarray:

@@ -19,7 +19,6 @@ from varcontact.elasticity.operators import fft_box, wrapped
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene import consistency
-from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.newton.kernel import CAUSAL, STICK_SHIFT, WIDER, fast_box, parzen
@@ -380,9 +379,6 @@ def check_linear(sol: Solution, swings: bool) -> None:
         approximate = plan.coupling
     if approximate:
         raise SceneError("solution", approximate, "by an exact method: this one is approximate")
-    if isinstance(scene.friction, Law) and scene.friction.continuous:
-        allowed = "a number or StaticKinetic: it must not fall with slip velocity"
-        raise SceneError("friction", scene.friction, allowed)
     consistency.check_linear(scene)
     if swings:
         _check_swinging(scene)

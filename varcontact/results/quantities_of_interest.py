@@ -20,7 +20,6 @@ from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.scene import Scene
 from varcontact.theories.table import equivalent_ellipse
 
@@ -236,14 +235,12 @@ def frictional_units(
 
 def friction_limit(sol: Solution) -> float:
     """f Fz: the largest force of friction, with the static coefficient where it follows a law."""
-    friction = sol.scene.friction
-    if isinstance(friction, np.ndarray | FrictionBound):
-        return float(sol.traction_bound.sum() * sol.grid.area)
-    if isinstance(friction, Law):
-        return friction.static * sol.normal_force
-    if friction is None:
+    if sol.scene.friction is None:
         return math.nan
-    return friction * sol.normal_force
+    largest = sol.scene.largest_coefficient
+    if isinstance(largest, float):
+        return largest * sol.normal_force
+    return float(sol.traction_bound.sum() * sol.grid.area)
 
 
 def semi_axes(sol: Solution) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.html import Reported
-from varcontact.interfaces.heat import surface_temperatures
+from varcontact.interfaces.heat import heating, surface_temperatures
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.scene.friction import FrictionBound, Law
@@ -252,9 +252,7 @@ class Solution(Reported):
         scene = self.scene
         if scene.thermal is None or scene.speed is None:
             return None
-        heat = self.power_density * scene.speed
-        if scene.no_slip:  # energy lost at edges heats nothing
-            heat = self.power_density * 0.0
+        heat = heating(scene, self.power_density) * scene.speed
         return surface_temperatures(
             heat, self.state != EXTERIOR, self.grid.sides[0], scene.speed, scene.thermal
         )
@@ -297,12 +295,17 @@ class Solution(Reported):
         return bound
 
     @property
-    def elements(self) -> dict[str, int]:
-        """Numbers of elements: contact, stick, slip; with a third body that yields also plastic."""
+    def states(self) -> dict[str, int]:
+        """Numbers in `state` of the states that elements in contact can have, by name."""
         states = {"stick": STICK, "slip": SLIP}
         if self.plastic is not None:
             states["plastic"] = PLASTIC
-        numbers = {name: int(np.sum(self.state == state)) for name, state in states.items()}
+        return states
+
+    @property
+    def elements(self) -> dict[str, int]:
+        """Numbers of elements: contact, stick, slip; with a third body that yields also plastic."""
+        numbers = {name: int(np.sum(self.state == state)) for name, state in self.states.items()}
         return {"contact": sum(numbers.values()), **numbers}
 
     @property

@@ -164,6 +164,9 @@ def _check_harmonic(scene: Scene) -> None:
 
 def check_linear(scene: Scene) -> None:
     """Refuse a problem that cannot be linearised."""
+    if isinstance(scene.friction, Law) and scene.friction.continuous:
+        allowed = "a number or StaticKinetic: it must not fall with slip velocity"
+        raise SceneError("friction", scene.friction, allowed)
     if scene.third_body is not None and scene.third_body.yields:
         allowed = "inf: linearised are layers that do not yield"
         raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)

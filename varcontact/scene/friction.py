@@ -283,6 +283,12 @@ class FrictionBound(ABC):
         return self
 
 
+Coefficient = float | Law
+"""A coefficient of friction, or what it follows."""
+Friction = Coefficient | FrictionBound | np.ndarray
+"""All that the friction of a scene can be."""
+
+
 def coefficient(field: str, value: Any) -> float | Law | FrictionBound:
     """A coefficient of friction, a law of it, or a traction bound."""
     if isinstance(value, Law | FrictionBound):

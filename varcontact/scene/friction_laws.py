@@ -229,9 +229,9 @@ LAWS: dict[str, type[Law]] = {
 """The laws by their kind in a scene file."""
 
 
-def kind_of(law: Law) -> str:
-    """The kind of a law."""
-    return next(kind for kind, cls in LAWS.items() if isinstance(law, cls))
+def kind_of(friction: Any) -> str:
+    """The kind of a law of friction, "given" of numbers and known bounds."""
+    return next((kind for kind, law in LAWS.items() if isinstance(friction, law)), "given")
 
 
 def _listed(factors: Any) -> tuple[Any, ...]:

@@ -29,6 +29,7 @@ from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency, plausibility
 from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
 from varcontact.scene.friction import FrictionBound, Law, coefficient
+from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Edge, Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
@@ -192,6 +193,11 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return self.surface.line
 
     @property
+    def force_is_sum(self) -> bool:
+        """True where a prescribed normal force is the sum of the pressures: on a plane."""
+        return self.normal_force is None or not self.conformal
+
+    @property
     def conformal(self) -> bool:
         """True where the bodies meet on a curved surface, see `SampledDistance`."""
         return is_curved(self.surface)
@@ -336,6 +342,26 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         if id(None) in different:
             different[id(None)] = self.friction
         return list(different.values())
+
+    @property
+    def largest_coefficient(self) -> float | np.ndarray | None:
+        """The largest ratio of friction to pressure, known beforehand; None where there is none."""
+        friction = self.friction
+        if friction is None or isinstance(friction, FrictionBound):
+            return None
+        if isinstance(friction, Law):
+            return friction.static
+        return friction
+
+    @property
+    def kind_of_friction(self) -> str:
+        """The kind of its law, "given" of numbers and known bounds; "several" of a history."""
+        if not self.under_law:
+            return "given"
+        kinds = {kind_of(friction) for friction in self.frictions}
+        if len(kinds) > 1:
+            return "several"
+        return kinds.pop()
 
     @property
     def under_law(self) -> bool:

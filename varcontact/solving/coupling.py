@@ -213,8 +213,8 @@ def fixed_point(
 
 def _stops_all(error: VarcontactError, early: bool) -> bool:
     """True for errors of the friction law, and early of a force that friction cannot carry."""
-    of_law = isinstance(error, SceneError) and error.field.startswith("friction")
-    return of_law or (early and isinstance(error, Saturated))
+    of_friction = isinstance(error, SceneError) and error.field.startswith("friction")
+    return of_friction or (early and isinstance(error, Saturated))
 
 
 def distance(values: np.ndarray, other: np.ndarray) -> float:

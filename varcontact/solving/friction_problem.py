@@ -19,7 +19,6 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import FrictionBound
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.given_pressure import check_placed
@@ -288,7 +287,8 @@ def _check_coulomb(scene: Scene) -> None:
     if not isinstance(scene.motion, Steady | Shift):
         allowed = "Steady or Shift: a step of a history has no problem without the step before"
         raise SceneError("motion", scene.motion, allowed)
-    if scene.no_slip or any(isinstance(each, FrictionBound) for each in scene.frictions):
+    largest = scene.largest_coefficient
+    if largest is None or not np.all(np.isfinite(largest)):
         allowed = "finite coefficients, or a law of them: the bound is Coulomb's, mu times r_N"
         raise SceneError("friction", scene.friction, allowed)
     if scene.third_body is not None and scene.third_body.yields:
@@ -296,7 +296,7 @@ def _check_coulomb(scene: Scene) -> None:
         raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, f"left out: {why}")
     if scene.edge != "centres":
         raise SceneError("grid.edge", scene.edge, '"centres": all elements count in full')
-    if scene.conformal and scene.normal_force is not None:
+    if not scene.force_is_sum:
         why = "the sum of conformal pressures is not the force"
         raise SceneError("normal_force", scene.normal_force, f"left out, with an approach: {why}")
 

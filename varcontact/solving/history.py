@@ -12,7 +12,7 @@ from varcontact.checks import file_name
 from varcontact.discrete.contact_grid import PotentialContact, common_grid
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 from varcontact.io.history import Stored
-from varcontact.results.history import History, heat_before, heat_of
+from varcontact.results.history import History, heat_of, heat_so_far
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -71,9 +71,7 @@ def _solved(
     stepping = time_stepping(scene, history.grid, solver)
     start = stepping.start()
     before = start if len(history) == 0 else history[-1]
-    heated = []
-    if scene.warm:
-        heated = [*heat_before(start), *map(heat_of, history)]
+    heated = heat_so_far(scene, start, map(heat_of, history))
 
     def tell_stage(stage: str) -> None:
         progress(f"{len(history)} of {count} steps: {stage}")
@@ -84,8 +82,7 @@ def _solved(
                 progress(f"{len(history)} of {count} steps")
                 before = stepping.step(k, before, heated, tell_stage if solver.continuum else None)
                 keep(k, before)
-                if scene.warm:
-                    heated.append(heat_of(before))
+                heated += heat_so_far(scene, None, map(heat_of, [before]))
             except VarcontactError as error:
                 raise error.in_step(k, history) from error.__cause__
             except KeyboardInterrupt:

@@ -19,7 +19,7 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import not_measurable
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law, StaticKinetic
+from varcontact.scene.friction import StaticKinetic
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
@@ -239,11 +239,9 @@ def check_saturation(scene: Scene) -> None:
 
 def _friction_limit(scene: Scene) -> float:
     """The largest friction force, infinite where it is not known before the solution."""
-    friction = scene.friction
-    if isinstance(friction, Law):
-        friction = friction.static
-    if isinstance(friction, float) and scene.normal_force is not None:
-        return friction * scene.normal_force
+    largest = scene.largest_coefficient
+    if isinstance(largest, float) and scene.normal_force is not None:
+        return largest * scene.normal_force
     return 0.0 if scene.frictionless else np.inf
 
 

@@ -424,7 +424,7 @@ def program(
 
 def _of_pressures(scene: Scene, formulation: str) -> Program:
     check_placed(scene, "for a program without a solution")
-    if scene.conformal and scene.normal_force is not None:
+    if not scene.force_is_sum:
         why = "the sum of conformal pressures is not the force"
         raise SceneError("normal_force", scene.normal_force, f"left out, with an approach: {why}")
     notes = []

@@ -18,8 +18,7 @@ from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import why_centres
-from varcontact.scene.friction import FrictionBound, Law
-from varcontact.scene.friction_laws import kind_of
+from varcontact.scene.friction import FrictionBound
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
@@ -309,10 +308,7 @@ def _kind_of_motion(scene: Scene, plan: Plan) -> str:
 def _kind_of_friction(scene: Scene, plan: Plan) -> str:
     if not plan.has_friction:
         return "none"
-    kinds = {
-        kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions
-    }
-    return kinds.pop() if len(kinds) == 1 else "several"
+    return scene.kind_of_friction
 
 
 def _check_formulation(formulation: str, programs: tuple[str, ...], reason: str) -> None:

@@ -24,7 +24,7 @@ from varcontact.discrete.stick_slip import (
 from varcontact.interfaces.laws import FRICTION
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
-from varcontact.results.history import History, heat_before, heat_of
+from varcontact.results.history import History, heat_of, heat_so_far
 from varcontact.results.quantities_of_interest import creepage_names
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
@@ -103,7 +103,7 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
         if isinstance(sol.scene.motion, TimeStep):
             return replace(sol, note=ALONE)
         disc = discretise(sol.scene, sol.grid)
-        if sol.scene.conformal and sol.scene.normal_force is not None:
+        if not sol.scene.force_is_sum:
             disc = disc.with_loading(normal_force=None, approach=sol.approach)
         return _verified(disc, sol)
 
@@ -124,9 +124,7 @@ def with_verified_steps(stored: Stored) -> Stored:
         start = stepping().start()
         if before is None:
             before = start
-        heated = []
-        if stored.scene.warm:
-            heated = [*heat_before(start), *map(heat, range(k))]
+        heated = heat_so_far(stored.scene, start, map(heat, range(k)))
         _, disc = stepping().problem(k, before, heated)
         return _verified(disc, sol)
 

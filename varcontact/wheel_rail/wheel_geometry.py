@@ -11,7 +11,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
 from varcontact.scene.bodies import Bodies
-from varcontact.scene.friction import Law, coefficient
+from varcontact.scene.friction import Coefficient, coefficient
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
@@ -137,7 +137,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
 
     side: Side = "right"
     with_friction: bool = True
-    friction: float | Law | FrictionByAngle = 0.3
+    friction: Coefficient | FrictionByAngle = 0.3
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -334,7 +334,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
         grid: Grid,
         inclination: np.ndarray | None,
         with_grid: bool,
-    ) -> float | np.ndarray | Law:
+    ) -> Coefficient | np.ndarray:
         """Coefficients of the elements, by the rail below or the `inclination` of rows of a curved
         surface.
         """

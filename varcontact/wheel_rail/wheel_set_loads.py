@@ -7,13 +7,13 @@ from typing import Any, Self
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import Coefficient
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.track import SIGN, Side
 from varcontact.wheel_rail.wheel_geometry import OnTrack
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
-Friction = float | Law | FrictionByAngle
+Friction = Coefficient | FrictionByAngle
 BALANCED = {
     "y": "lateral_force",
     "lateral": "lateral_force",
