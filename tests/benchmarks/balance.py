@@ -2,15 +2,18 @@
 finds.
 """
 
+import json
 import time
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from tests.benchmarks.table import Table
+from tests.benchmarks.table import RESULTS, Table
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.wheel_rail import Position, Profile, Track, Velocity, WheelSet, WheelSetOnTrack
 
+CASES = RESULTS / "balance_cases.json"
 SETS, QUICK = 200, 10
 POINTS, QUICK_POINTS = 41, 15
 YAW = 0.01
@@ -69,39 +72,62 @@ def scanned(case: WheelSetOnTrack, points: int) -> bool:
     return bool((np.abs(turned.sum(axis=0)) > np.pi).any())
 
 
-def outcome(case: WheelSetOnTrack) -> tuple[np.ndarray | None, str]:
+def outcome(case: WheelSetOnTrack) -> tuple[list[float] | None, str]:
     """y [mm] and yaw [mrad] of the balance, or why there is none."""
     try:
         found = case.estimate()
     except (NoContact, NotConverged, SceneError) as error:
         return None, str(error)
-    return np.array([found.position.y, 1e3 * found.position.yaw]), ""
+    return [found.position.y, 1e3 * found.position.yaw], ""
+
+
+def judged(seed: int) -> dict[str, Any]:
+    """The balance of a set and of its mirror image, or why there is none, and the time."""
+    case = wheel_set(seed)
+    track = case.track
+    start = time.process_time()
+    balance, reason = outcome(case)
+    seconds = time.process_time() - start
+    mirrored_track = replace(track, curve_radius=-track.curve_radius)
+    mirrored, _ = outcome(replace(case, track=mirrored_track))
+    return {
+        "balance": balance,
+        "mirrored": mirrored,
+        "reason": reason,
+        "friction": case.friction,
+        "radius": track.curve_radius,
+        "seconds": seconds,
+    }
+
+
+def alike(row: dict[str, Any]) -> bool:
+    """Whether a set and its mirror image have mirrored balances, or none."""
+    if row["balance"] is None or row["mirrored"] is None:
+        return row["balance"] is row["mirrored"]
+    return np.allclose(row["balance"], -np.array(row["mirrored"]), atol=ALIKE)
 
 
 def random_sets(quick: bool) -> Table:
     """Sets found, those refused although a scan of y and yaw brackets a balance, mirror images, and
     the time.
+
+    All sets are searched first; what is refused is scanned afterwards, minutes each. Each set that
+    is judged is kept at once in results/balance_cases.json, where a stopped run goes on.
     """
     sets, points = (QUICK, QUICK_POINTS) if quick else (SETS, POINTS)
-    found, missed, unlike, seconds = 0, 0, 0, []
+    rows: dict[str, dict[str, Any]] = {}
+    if CASES.exists() and not quick:
+        rows = json.loads(CASES.read_text())
     for seed in range(sets):
-        case = wheel_set(seed)
-        start = time.process_time()
-        balance, reason = outcome(case)
-        seconds.append(time.process_time() - start)
-        other, _ = outcome(
-            replace(case, track=replace(case.track, curve_radius=-case.track.curve_radius))
-        )
-        found += balance is not None
-        if balance is None or other is None:
-            mirrored = balance is other
-        else:
-            mirrored = np.allclose(balance, -other, atol=ALIKE)
-        unlike += not mirrored
-        bracketed = balance is None and scanned(case, points)  # what is found needs no scan
-        missed += bracketed
-        if bracketed or not mirrored:
-            print(seed, balance, other, reason, bracketed, flush=True)
+        if str(seed) not in rows:
+            rows[str(seed)] = judged(seed)
+            keep(rows, quick)
+    refused = [seed for seed in range(sets) if rows[str(seed)]["balance"] is None]
+    for seed in refused:
+        if "bracketed" not in rows[str(seed)]:
+            rows[str(seed)]["bracketed"] = scanned(wheel_set(seed), points)
+            keep(rows, quick)
+    own = [rows[str(seed)] for seed in range(sets)]
     head = (
         "wheel sets",
         "found",
@@ -109,8 +135,20 @@ def random_sets(quick: bool) -> Table:
         "mirror images unlike",
         "time [s], median and largest",
     )
-    row = (sets, found, missed, unlike, [float(np.median(seconds)), max(seconds)])
-    return Table(head, ("", "", "", "", "{:.1f}, {:.1f}"), [row])
+    seconds = [row["seconds"] for row in own]
+    line = (
+        sets,
+        sets - len(refused),
+        sum(row.get("bracketed", False) for row in own),
+        sum(not alike(row) for row in own),
+        [float(np.median(seconds)), max(seconds)],
+    )
+    return Table(head, ("", "", "", "", "{:.1f}, {:.1f}"), [line])
+
+
+def keep(rows: dict[str, dict[str, Any]], quick: bool) -> None:
+    if not quick:
+        CASES.write_text(json.dumps(rows, indent=1) + "\n")
 
 
 TABLES = {"random_sets": random_sets}
