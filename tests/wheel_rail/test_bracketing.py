@@ -39,3 +39,14 @@ def test_without_a_root_the_nearest_point_is_known():
     assert list(lattice.brackets(2)) == []
     number, point, value = lattice.nearest
     assert (number, point.tolist(), value) == (1, [2.5, 0.0], 2.0)
+
+
+def test_a_jump_beside_the_root_leaves_a_point_in_its_bracket():
+    """Linear functions across the jump have their root elsewhere; what is tried last is near it."""
+
+    def functions(point):
+        x, y = point
+        jump = 0.5 if x > 2.45 else 0.0
+        return np.array([0.5 * (2.3 - x) - 0.8 * (y - 1.2) + jump, 1.7 - 0.7 * x - 2 * jump])
+
+    assert last(functions, 2) == pytest.approx([2.43, 1.1], abs=0.4)

@@ -166,7 +166,8 @@ class Lattice:
         """
         for k in range(HALVINGS + 1):
             weights = self._weights(simplex)
-            if weights.min() < OUTSIDE:
+            if weights.min() < OUTSIDE:  # a jump, or no root at all
+                yield np.mean(simplex, axis=0), True
                 return
             if k % HALVINGS_TO_ROOT == 0:
                 yield weights @ np.array(simplex), k == HALVINGS
@@ -175,6 +176,7 @@ class Lattice:
             i, j = max(sides, key=lambda ends: _length(simplex, ends))
             middle = tuple(((np.array(simplex[i]) + simplex[j]) / 2).tolist())
             if self.at(middle) is None:
+                yield np.mean(simplex, axis=0), True
                 return
             halves = []
             for end in (i, j):

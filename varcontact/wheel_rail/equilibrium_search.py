@@ -52,6 +52,9 @@ FARTHEST_YAW = 0.06
 LATTICES = (1.0, 400), (0.25, 20)
 """Spacings of the lattices that are tried, and their reach in points: the second is where a balance
 is missed by least."""
+OFFSETS = (0.0, 0.05, -0.05)
+"""Distances from a point at which a wheel set is held instead where patches join or part there, and
+no height and roll balance the loads, in spacings."""
 NEARBY = 3.0
 """Largest distance of the balance from the point where it was expected, in spacings."""
 PRESSED = 0.02
@@ -151,13 +154,25 @@ class Search:
         for name in self._held:
             if name != "y" and abs(values[name]) > most * self._spacing[name]:
                 return None
-        try:
-            missing = self._hold(point)
-        except (NoContact, NotConverged, SceneError):
+        missing = self._held_near(point)
+        if missing is None:
             return None
         if any(on_flange(wheel.case) for wheel in self._wheels):
             return None
         return np.array([missing[BALANCED[name]] for name in self._held])
+
+    def _held_near(self, point: np.ndarray) -> dict[str, float] | None:
+        """Loads that are not borne at a point, or beside it where forces jump just there; None
+        where the wheel set cannot be held.
+        """
+        for offset in OFFSETS:
+            try:
+                return self._hold(point + offset)
+            except NotConverged:
+                continue
+            except (NoContact, SceneError):
+                return None
+        return None
 
     def _hold(self, point: np.ndarray) -> dict[str, float]:
         """Loads that are not borne where the wheel set is held, with the others balanced."""
