@@ -100,6 +100,7 @@ def test_circle_without_friction():
     assert limit.lower < limit.kinematic[0] <= limit.kinematic[1] == limit.upper
 
 
+@pytest.mark.slow
 def test_programs_close_the_gap(sliding):
     stages = []
     limit = vc.shakedown(sliding, 1.0, gap=0.025, progress=stages.append)
@@ -111,6 +112,7 @@ def test_programs_close_the_gap(sliding):
     assert any("lower bound" in stage for stage in stages)
 
 
+@pytest.mark.slow
 def test_no_bound_crosses_k_by_the_largest_traction():
     """A theorem: a thin layer slides where the traction reaches k."""
     for motion in ({"Fx": 0.4}, {"spin": 2.0}, {"vx": 0.3, "vy": 0.3}):

@@ -58,6 +58,7 @@ def test_quantities_and_report(rolling, limit):
     assert f"traction up to {limit.local:.3g} of the largest pressure" in rolling.report()
 
 
+@pytest.mark.slow
 def test_tables_and_sweeps(rolling, limit, tmp_path):
     file = CaseFile((rolling.case,), (1,), {}, None, yield_in_shear=K)
     store = tmp_path / "wheels.csv"
