@@ -16,7 +16,18 @@ import warnings
 
 from tests.benchmarks.table import filled, keep, pages
 
-GROUPS = ("accuracy", "bars", "speed", "front", "fit", "interop", "balance", "claims", "shakedown")
+GROUPS = (
+    "accuracy",
+    "bars",
+    "speed",
+    "front",
+    "fit",
+    "interop",
+    "balance",
+    "claims",
+    "shakedown",
+    "splitting",
+)
 
 
 def main() -> None:

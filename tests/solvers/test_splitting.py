@@ -93,7 +93,7 @@ def metric_of(posed):
     for place in contact:
         field = np.zeros(posed.conditions.known.size)
         field[place] = 1.0
-        image = posed.circulant.metric(field.reshape(posed.conditions.known.shape))
+        image = posed.metric(field.reshape(posed.conditions.known.shape))
         columns.append(image.ravel()[contact])
     return np.array(columns).T, contact
 

@@ -146,10 +146,9 @@ def _split(task: Task, start: RawSolution, tol: float) -> RawSolution:
     settings = replace(task.settings, tol=tol)
     kind: Kind = "normal" if isinstance(task.problem, NormalProblem) else "tangential"
     raw = solver(kind, "splitting")(task.problem, settings, start)
-    best = better(task.problem, start, raw)
-    if best is start:
+    if not raw.solved and better(task.problem, start, raw) is start:
         return start
-    return replace(best, iterations=start.iterations + raw.iterations)
+    return replace(raw, iterations=start.iterations + raw.iterations)
 
 
 def march(
@@ -231,12 +230,11 @@ def _by_program(task: Task) -> RawSolution:
 
 
 def _refined(task: Task) -> RawSolution:
-    """The answer of a program, refined by splitting where it misses the tolerance."""
-    tol = UNPOLISHED * task.settings.tol
+    """The answer of a program, refined by splitting."""
     answer = task.solved(max(CONIC_TOL, task.settings.tol))
-    if not answer.finite or task.residual(answer) <= tol:
+    if not answer.finite:
         return answer
-    refined = _split(task, answer, tol)
+    refined = _split(task, answer, UNPOLISHED * task.settings.tol)
     if refined is answer:
         return answer
     return replace(

@@ -12,8 +12,6 @@ MEMORY = 15
 save none."""
 DAMPING = 1e-12
 """Damping of the normal equations, relative to their diagonal: rounding of their products."""
-RANK_TOL = 1e-14
-"""Relative size of singular values of the damped normal equations that count as zero."""
 
 
 class Extrapolation:
@@ -47,7 +45,7 @@ class Extrapolation:
         lengths = np.sqrt(np.diagonal(products)) + np.finfo(float).tiny
         normal = products / lengths / lengths[:, None] + DAMPING * count * np.eye(count)
         right = steps @ step / lengths
-        weights = np.linalg.lstsq(normal, right, rcond=RANK_TOL)[0] / lengths
+        weights = np.linalg.solve(normal, right) / lengths
         moved -= weights @ self._points[:count]
         moved -= weights @ steps
         return moved.reshape(shape)

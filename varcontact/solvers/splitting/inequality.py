@@ -34,6 +34,7 @@ GAMMA_STICKING = 1.0
 ROLLING_COLUMNS = 32
 """Columns of the box at which it is one in rolling, too; it rises with their square root."""
 GAMMA_ROLLING_MAX = 3.0
+GAMMA_DIGITS = 1
 ROLLING_SHARE = 0.2
 """Share of sticking elements from which rolling has the step of a contact that sticks all over."""
 SUM_STEPS_MAX = 100
@@ -123,11 +124,21 @@ class Inequality:
             sticking = float(np.clip(sticking, GAMMA_SLIDING_ROLLING, GAMMA_ROLLING_MAX))
             part = min(share / ROLLING_SHARE, 1.0)
             self.gamma = GAMMA_SLIDING_ROLLING + (sticking - GAMMA_SLIDING_ROLLING) * part
+        # passes with nearly the same share have the same circulant
+        self.gamma = round(self.gamma, GAMMA_DIGITS)
+
+    def inverse(self, field: np.ndarray) -> np.ndarray:
+        """Nearly ``(I + gamma M)^-1`` times a field."""
+        return self._circulant.inverse(field, self.conditions.contact)
+
+    def metric(self, field: np.ndarray) -> np.ndarray:
+        """``H^-1`` times a field."""
+        return self._circulant.metric(field, self.conditions.contact)
 
     @lazy_property
-    def circulant(self) -> Circulant:
+    def _circulant(self) -> Circulant:
         """The circulant of the step gamma, which has been chosen."""
-        return Circulant(self.influence, self.gamma, self.conditions.contact)
+        return self.influence.circulant(self.gamma)
 
     @property
     def words(self) -> str:
@@ -158,10 +169,10 @@ class Inequality:
         """A bound on the natural map of the projection with gamma = 1, relative to the largest
         traction.
         """
-        largest = float(magnitude(at.projection).max())
+        largest = _largest(at.projection)
         if not largest > 0:
             largest = 1.0
-        return float(magnitude(at.error).max()) / largest / min(self.gamma, 1.0)
+        return _largest(at.error) / largest / min(self.gamma, 1.0)
 
     def point(self, at: Iterate) -> Point:
         """The projection as a point, with the shift of the iterate."""
@@ -199,6 +210,11 @@ class Inequality:
             at = sums.one_by_one(at)
             one_by_one = True
         return at.clipped, at.multipliers
+
+
+def _largest(field: np.ndarray) -> float:
+    """The largest length of the vectors of a field (c, ny, nx)."""
+    return float(np.sqrt(np.einsum("i...,i...->...", field, field).max()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,7 +274,13 @@ class PrescribedSums:
         """The balance after a Newton step, halved until the dual function falls; None where no
         part of it does.
         """
-        step = np.linalg.lstsq(self._slopes(at) * self.gamma, at.excess, rcond=1e-13)[0]
+        slopes = self._slopes(at) * self.gamma
+        if len(slopes) > 1:
+            step = np.linalg.lstsq(slopes, at.excess, rcond=1e-13)[0]
+        elif slopes[0, 0] > 0:
+            step = at.excess / slopes[0]
+        else:
+            return None
         slope = abs(float(at.excess @ step))
         part = 1.0
         while part > SUM_STEP_MIN and slope > 0:

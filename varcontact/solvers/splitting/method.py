@@ -227,7 +227,7 @@ def _candidate(
     """The extrapolation of ``u - Q e``, Q the circulant near ``(I + gamma M)^-1``; its product in
     single precision where that is enough.
     """
-    step = -inequality.circulant.inverse(now.error)
+    step = -inequality.inverse(now.error)
     u = extrapolation.next_point(now.u, step)
     change = u - now.u
     largest = float(np.abs(now.projection).max()) + np.finfo(float).tiny
@@ -257,7 +257,7 @@ def contraction(inequality: Inequality, now: Iterate) -> Iterate:
     if now.noise > 0:
         now = inequality.in_double_precision(now)
     q = now.error + inequality.gamma * inequality.product.transposed(now.error)
-    step = inequality.circulant.metric(q)
+    step = inequality.metric(q)
     length = CONTRACTION * now.size**2 / float(np.vdot(q, step))
     image = now.image - length * inequality.product.apply(step)
     return inequality.iterate(now.u - length * step, image, now.multipliers)

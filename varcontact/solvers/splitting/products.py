@@ -22,6 +22,11 @@ from varcontact.solvers.newton.hierarchy import Box
 from varcontact.solvers.newton.kernel import WIDER, Kernel, fast_box, parzen, unit
 from varcontact.system.process import lazy_property
 
+INFLUENCES_KEPT = 2
+"""Boxes whose influence numbers an operator keeps, for the next pass or step."""
+CIRCULANTS_KEPT = 4
+"""Circulants that influence numbers keep."""
+
 
 class Product(Protocol):
     """M on a box of elements."""
@@ -41,11 +46,16 @@ class Influence:
 
     @classmethod
     def on_box(cls, operator: GridOperator, shape: tuple[int, int]) -> Influence:
-        """The first offsets of an operator's table."""
-        ny, nx = shape
-        rows, columns = operator.shape
-        table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
-        return cls(table / unit(operator))
+        """The first offsets of an operator's table; the last few are remembered."""
+        kept: dict[tuple[int, int], Influence] = operator.__dict__.setdefault("_influences", {})
+        if shape not in kept:
+            ny, nx = shape
+            rows, columns = operator.shape
+            table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
+            kept[shape] = cls(table / unit(operator))
+            for oldest in list(kept)[:-INFLUENCES_KEPT]:
+                del kept[oldest]
+        return kept[shape]
 
     @classmethod
     def of_kernel(cls, kernel: Kernel) -> Influence:
@@ -69,6 +79,15 @@ class Influence:
     @lazy_property
     def _symbol(self) -> np.ndarray:
         return spectrum_of(wrapped(self.table, self._box), self._box)
+
+    def circulant(self, gamma: float) -> Circulant:
+        """The circulant for a step gamma; the last few are remembered."""
+        kept: dict[float, Circulant] = self.__dict__.setdefault("_circulants", {})
+        if gamma not in kept:
+            kept[gamma] = Circulant(self.table, gamma)
+            for oldest in list(kept)[:-CIRCULANTS_KEPT]:
+                del kept[oldest]
+        return kept[gamma]
 
     @lazy_property
     def _single_symbol(self) -> np.ndarray:
@@ -138,7 +157,9 @@ def by_symbol(
 ) -> np.ndarray:
     """The periodic operator of a symbol (c, c, ...) times a field, on the elements."""
     spectrum = spectrum_of(field, box)
-    image = np.array([sum(map(np.multiply, row, spectrum)) for row in symbol])
+    image = symbol[:, 0] * spectrum[0]
+    for column in range(1, len(spectrum)):
+        image += symbol[:, column] * spectrum[column]
     return fields_of(image, box, shape)
 
 
@@ -151,14 +172,14 @@ class Circulant:
     inverse.
     """
 
-    def __init__(self, influence: Influence, gamma: float, contact: np.ndarray) -> None:
-        self.contact = contact.astype(np.float32)
-        ny, nx = influence.shape
+    def __init__(self, table: np.ndarray, gamma: float) -> None:
+        ny = (table.shape[2] + 1) // 2
+        nx = (table.shape[3] + 1) // 2
         self._box = fast_box(int(np.ceil(WIDER * ny)), int(np.ceil(WIDER * nx)))
         rows, columns = self._box
         along_y = parzen(np.arange(1 - ny, ny) / rows)
         along_x = parzen(np.arange(1 - nx, nx) / columns)
-        windowed = influence.table * (along_y[:, None] * along_x)
+        windowed = table * (along_y[:, None] * along_x)
         symbol = spectrum_of(wrapped(windowed, self._box), self._box)
         matrices = np.moveaxis(symbol, (0, 1), (-2, -1))
         inverse = np.linalg.inv(np.eye(len(symbol)) + gamma * matrices)
@@ -166,21 +187,21 @@ class Circulant:
         self._inverse = _single(inverse)
         self._metric = _single(metric)
 
-    def inverse(self, field: np.ndarray) -> np.ndarray:
-        """Nearly ``(I + gamma M)^-1`` times a field."""
-        return self._by(self._inverse, field)
+    def inverse(self, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
+        """Nearly ``(I + gamma M)^-1`` times a field, on the elements in contact."""
+        return self._by(self._inverse, field, contact)
 
-    def metric(self, field: np.ndarray) -> np.ndarray:
-        """``H^-1`` times a field."""
-        return self._by(self._metric, field)
+    def metric(self, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
+        """``H^-1`` times a field, on the elements in contact."""
+        return self._by(self._metric, field, contact)
 
-    def _by(self, symbol: np.ndarray, field: np.ndarray) -> np.ndarray:
+    def _by(self, symbol: np.ndarray, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
         largest = float(np.abs(field).max())
         if largest == 0:
             return np.zeros_like(field)
-        scaled = (field / largest).astype(np.float32) * self.contact
+        scaled = (field * (contact / largest)).astype(np.float32)
         image = by_symbol(symbol, scaled, self._box, field.shape[1:])
-        return np.asarray(largest * (image * self.contact).astype(float))
+        return np.asarray(image * (contact * largest))
 
 
 def _single(matrices: np.ndarray) -> np.ndarray:
