@@ -176,7 +176,10 @@ def test_tractions_of_random_problems(tangential_problem, seeds):
 
 @pytest.mark.parametrize("line", [False, True])
 def test_pressures_of_random_problems(normal_problem, line):
-    for seed in range(20):
+    """Also of elements so few that a candidate is right to single precision by chance: two that
+    were taken for records, and then for the best.
+    """
+    for seed in [*range(20), 3124, 4669]:
         problem = normal_problem(seed, line)
         check(problem, split(problem))
 

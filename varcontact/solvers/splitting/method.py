@@ -208,6 +208,8 @@ def rounds(
         # where candidates gain nothing, contractions from the best point
         if idle > PATIENCE or not now.size <= ASTRAY * record:
             extrapolation.forget()
+            if best.noise > 0:
+                best = inequality.in_double_precision(best)
             now, contractions = _contracted(inequality, best, goal, settings, most - count)
             count += contractions
             idle = 0
@@ -234,7 +236,9 @@ def _candidate(
     noise = now.noise + NOISE_SINGLE * float(np.abs(change).max()) / largest
     if noise <= NOISE_PART * residual * min(inequality.gamma, 1.0):
         image = now.image + inequality.product.apply(change.astype(np.float32))
-        return inequality.iterate(u, image, now.multipliers, noise)
+        candidate = inequality.iterate(u, image, now.multipliers, noise)
+        if noise <= inequality.residual(candidate):
+            return candidate
     return inequality.iterate(u, inequality.product.apply(u), now.multipliers)
 
 
@@ -253,9 +257,7 @@ def _contracted(
 
 
 def contraction(inequality: Inequality, now: Iterate) -> Iterate:
-    """A step that leads nearer to the solution in the norm of H."""
-    if now.noise > 0:
-        now = inequality.in_double_precision(now)
+    """A step from a point in double precision, nearer to the solution in the norm of H."""
     q = now.error + inequality.gamma * inequality.product.transposed(now.error)
     step = inequality.metric(q)
     length = CONTRACTION * now.size**2 / float(np.vdot(q, step))
