@@ -8,8 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 MEMORY = 15
-"""Differences that are combined: with 5, rolling takes up to twice as many rounds; more than 15
-save none."""
+"""Differences that are combined."""
 DAMPING = 1e-12
 """Damping of the normal equations, relative to their diagonal: rounding of their products."""
 
