@@ -7,6 +7,7 @@ are not negative, or tractions within their bounds, with the prescribed sums.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class Inequality:
         self.gamma = GAMMA_STICKING
 
     @classmethod
-    def of(cls, problem: GridProblem, symmetric: bool) -> Inequality:
+    def of(cls, problem: GridProblem[Any], symmetric: bool) -> Inequality:
         """The inequality of a problem, on its own grid."""
         conditions = problem.conditions
         operator = problem.problem.operator

@@ -89,7 +89,7 @@ def splitting_tangential(
     return replace(raw, status=f"{raw.status}: no proof, as the symmetric part is not definite")
 
 
-def solve(problem: GridProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
+def solve(problem: GridProblem[Any], settings: Settings, start: RawSolution | None) -> RawSolution:
     """Rounds from a start, or from coarse grids, until the answer is right as a certificate judges
     it.
     """
