@@ -2,12 +2,15 @@
 definite.
 """
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
 import varcontact as vc
 from varcontact.elasticity.halfspace import influence_numbers
-from varcontact.elasticity.operators import influence_operator
+from varcontact.elasticity.operators import GridOperator, influence_operator
 
 GRID = vc.Grid(nx=9, ny=7, dx=0.3, dy=0.5, x0=0.0, y0=0.0)
 LARGER = vc.Grid(nx=19, ny=13, dx=0.3, dy=0.5, x0=0.0, y0=0.0)
@@ -91,3 +94,52 @@ def test_symmetric_part_of_steady_rolling_is_positive_definite(part):
     disc = np.flatnonzero((x**2 + (y / 0.9) ** 2 < 49).ravel())
     matrix = influence_operator(grid, "xy", "xy", nu=0.28, lag=part).dense(disc)
     assert np.linalg.eigvalsh(matrix + matrix.T).min() > 1e-3 * part**2 * np.abs(matrix).max()
+
+
+# ---------------------------------------------------------------------- What operators keep
+
+
+def test_a_matrix_is_assembled_once_for_the_same_elements(monkeypatch):
+    """Whoever restricts the operator; with another softening it is another one."""
+    operator = influence_operator(GRID, "xy", "xy", nu=0.3)
+    assembled, dense = [], GridOperator.dense
+    monkeypatch.setattr(
+        GridOperator, "dense", lambda *given: assembled.append(given[1].size) or dense(*given)
+    )
+    elements = np.array([3, 4, 9])
+    first = operator.on(elements)
+    assert operator.on(elements.copy()).matrix is first.matrix
+    soft = operator.on(elements, np.full((2, 3), 0.1))
+    np.testing.assert_allclose(soft.matrix, first.matrix + 0.1 * np.eye(6), rtol=1e-15)
+    assert assembled == [3, 3]
+
+
+def test_only_the_last_elements_are_kept(monkeypatch):
+    operator = influence_operator(GRID, "z", "z", nu=0.3)
+    parts = [operator.on(np.arange(n)) for n in (2, 3, 4)]
+    whole = [each.matrix for each in parts]
+    assert parts[0].matrix is whole[0], "whoever has an operator has its matrix"
+    assert operator.on(np.arange(2)).matrix is not whole[0]
+    assert operator.on(np.arange(4)).matrix is whole[2]
+
+
+@pytest.mark.parametrize("methods", [{}, {"tangential": "tang-safeguarded"}, {"method": "conic"}])
+def test_nothing_stays_in_memory_after_a_solve(rolling, methods):
+    """Matrices go with the last reference to their operator, without a search for cycles."""
+    vc.solve(rolling(grid=vc.Grid(nx=8, ny=8)), **methods)  # imports
+    gc.collect()
+    gc.disable()
+    try:
+        kept = []
+        made = GridOperator.made_for
+
+        def watched(self, *given):
+            kept.append(weakref.ref(self))
+            return made(self, *given)
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(GridOperator, "made_for", watched)
+            vc.solve(rolling(grid=vc.Grid(nx=8, ny=8)), **methods)
+        assert kept and all(each() is None for each in kept)
+    finally:
+        gc.enable()

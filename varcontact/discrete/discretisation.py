@@ -177,11 +177,12 @@ class Discretisation:
         """Dimensionless x and y of the element centres, (2, ny, nx)."""
         return np.array(np.meshgrid(self.lattice.x, self.lattice.y))
 
-    @lazy_property
+    @property
     def surroundings(self) -> Surroundings:
         """Surroundings of the interfaces: transport, fields carried by particles, implicit fields
         of this pass.
         """
+        # made anew: kept, it would refer back to this, and matrices would stay in memory
         loading = self.loading
         return Surroundings(self.transport, loading.arrived, loading.implicit, self.passed)
 

@@ -97,18 +97,6 @@ class Operators:
             return self
         return self.of(self.medium.at_end(time))
 
-    def forget(self) -> None:
-        """Let go of the dense matrices and factors that were kept for the next pass; the tables
-        stay.
-
-        They and their tables refer to each other: without it they would stay in memory until Python
-        looks for cycles.
-        """
-        for operator in self._tables.values():
-            operator.forget()
-        for operators in self._parts.values():
-            operators.forget()
-
     def _table(self, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
         key = rows, columns, stencil
         if key not in self._tables:

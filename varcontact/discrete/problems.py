@@ -5,6 +5,7 @@ dimensionless.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +13,6 @@ import numpy as np
 from varcontact.discrete.positive_definite import PositiveDefinite, positive_definite
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Potential, magnitude
-from varcontact.system.process import lazy_property
 
 ROUNDING = 1e-12
 """Differences of mirror images, relative to the largest value, that count as rounding."""
@@ -127,10 +127,7 @@ class TangentialProblem:
         nu, the longer the elements along x, and the more of them there are. It is found once for an
         operator, which steps share.
         """
-        kept: dict[str, PositiveDefinite | None] = self.operator.__dict__
-        if "_symmetric_part" not in kept:
-            kept["_symmetric_part"] = positive_definite(self.operator)
-        return kept["_symmetric_part"]
+        return self.operator.once("symmetric part", partial(positive_definite, self.operator))
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         """Local shift E = W + M p of tractions (c, n), with the unknown part (c,) of W."""
@@ -190,10 +187,13 @@ class FoldedOperator(RestrictedOperator):
     signs: tuple[float, float]
     copies: ClassVar[int] = 2
 
-    @lazy_property
-    def matrix(self) -> np.ndarray:
+    @property
+    def _places(self) -> tuple[np.ndarray | None, ...]:
+        return self.elements, self.softening, self.images, np.array(self.signs)
+
+    def _assembled(self) -> np.ndarray:
         """Dense matrix, (2 n, 2 n): from the elements, and from their images."""
-        own = self._assembled()
+        own = super()._assembled()
         own += self.grid_operator.dense(self.elements, self.images) * np.repeat(
             self.signs, self.elements.size
         )
@@ -242,22 +242,17 @@ class Mirror:
         return replace(raw, traction=traction)
 
     def _folded(self, operator: RestrictedOperator) -> FoldedOperator:
-        """The folded operator, made once for each operator, so that its matrix is, too."""
-        kept: dict[tuple[float, float], FoldedOperator] = operator.__dict__.setdefault(
-            "_folded", {}
+        """The operator on the elements of one side."""
+        softening = operator.softening
+        if softening is not None:
+            softening = softening[:, self.half]
+        return FoldedOperator(
+            operator.grid_operator,
+            operator.elements[self.half],
+            operator.elements[self.images],
+            self.signs,
+            softening=softening,
         )
-        if self.signs not in kept:
-            softening = operator.softening
-            if softening is not None:
-                softening = softening[:, self.half]
-            kept[self.signs] = FoldedOperator(
-                operator.grid_operator,
-                operator.elements[self.half],
-                operator.elements[self.images],
-                self.signs,
-                softening=softening,
-            )
-        return kept[self.signs]
 
 
 def mirror_of(problem: TangentialProblem) -> Mirror | None:

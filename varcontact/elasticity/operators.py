@@ -5,10 +5,10 @@ matrix; dense blocks.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
@@ -16,9 +16,9 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.transports import DIFFERENCES, HERE, Stencil
 
+T = TypeVar("T")
 RESTRICTED_KEPT = 2
-"""Number of restricted operators that an operator keeps: each may have a dense matrix and its
-factor."""
+"""Sets of elements for which an operator keeps what was made: a dense matrix and its factor."""
 
 DENSE_ELEMENTS = 160
 """Elements of a grid up to which a product with its whole matrix, assembled once, is faster than
@@ -115,6 +115,14 @@ class GridOperator:
 
     shape: tuple[int, int]
     table: np.ndarray
+    # made from the numbers once: by elements, by components, and for preconditioners by boxes
+    _on_elements: dict[tuple[bytes, ...], dict[str, Any]] = field(
+        default_factory=dict, init=False, repr=False
+    )
+    _parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = field(
+        default_factory=dict, init=False, repr=False
+    )
+    kernels: dict[tuple[int, int], Any] = field(default_factory=dict, init=False, repr=False)
     toeplitz: ClassVar[bool] = True
     """True where the table is all of it: influence numbers depend on the offset alone."""
 
@@ -181,10 +189,8 @@ class GridOperator:
         return fields_of(product, box, self.shape)
 
     def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
-        """The same operator between tractions and displacements of some elements only.
-
-        The last few are remembered: passes and scans over the same contact
-        assemble and factor its matrix once.
+        """The same operator between tractions and displacements of some elements only, see
+        `made_for`.
 
         Parameters
         ----------
@@ -193,16 +199,20 @@ class GridOperator:
         softening : ndarray, shape (columns, n), optional
             Added to the diagonal.
         """
-        kept: dict[tuple[bytes, bytes | None], RestrictedOperator] = self.__dict__.setdefault(
-            "_kept", {}
-        )
-        key = elements.tobytes(), None if softening is None else softening.tobytes()
-        operator = kept.pop(key, None) or RestrictedOperator(self, elements, softening=softening)
-        if elements.size < self.shape[0] * self.shape[1]:
-            kept[key] = operator
-            for oldest in list(kept)[:-RESTRICTED_KEPT]:
-                del kept[oldest]
-        return operator
+        return RestrictedOperator(self, elements, softening=softening)
+
+    def made_for(self, arrays: Sequence[np.ndarray | None]) -> dict[str, Any]:
+        """What was made for elements, by name: the last few are kept, so that passes and scans over
+        the same contact assemble and factor its matrix once.
+
+        It refers to no operator: matrices go with the last reference to this one.
+        """
+        key = tuple(b"" if each is None else each.tobytes() for each in arrays)
+        made = self._on_elements.pop(key, {})
+        self._on_elements[key] = made
+        for oldest in list(self._on_elements)[:-RESTRICTED_KEPT]:
+            del self._on_elements[oldest]
+        return made
 
     def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         """The same operator between some components of displacement (`rows`) and of traction
@@ -210,12 +220,9 @@ class GridOperator:
         """
         if (len(rows), len(columns)) == self.table.shape[:2]:
             return self
-        parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = (
-            self.__dict__.setdefault("_parts", {})
-        )
-        if (rows, columns) not in parts:
-            parts[rows, columns] = self._part(rows, columns)
-        return parts[rows, columns]
+        if (rows, columns) not in self._parts:
+            self._parts[rows, columns] = self._part(rows, columns)
+        return self._parts[rows, columns]
 
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         return GridOperator(self.shape, self.table[np.ix_(rows, columns)])
@@ -240,12 +247,6 @@ class GridOperator:
     def symmetric_part(self, sign: float = 1.0) -> GridOperator:
         """``(M + s M')/2``, s the `sign`, of a square operator."""
         return GridOperator(self.shape, (self.table + sign * self.transposed.table) / 2)
-
-    def forget(self) -> None:
-        """Let go of the restricted operators that are remembered, and of their matrices."""
-        self.__dict__.pop("_kept", None)
-        for part in self.__dict__.pop("_parts", {}).values():
-            part.forget()
 
     @lazy_property
     def whole(self) -> np.ndarray | None:
@@ -282,9 +283,28 @@ class RestrictedOperator:
     """Number of elements that each stands for."""
 
     @lazy_property
+    def _made(self) -> dict[str, Any]:
+        everywhere = self.elements.size == self.grid_operator.shape[0] * self.grid_operator.shape[1]
+        if everywhere:  # these have the whole matrix
+            return {}
+        return self.grid_operator.made_for(self._places)
+
+    @property
+    def _places(self) -> tuple[np.ndarray | None, ...]:
+        """The arrays that tell its matrix from others of the grid."""
+        return self.elements, self.softening
+
+    def once(self, name: str, make: Callable[[], T]) -> T:
+        """What is made from the matrix between these elements, made once."""
+        if name not in self._made:
+            self._made[name] = make()
+        made: T = self._made[name]
+        return made
+
+    @property
     def matrix(self) -> np.ndarray:
         """Dense matrix, (rows * n, columns * n), assembled once."""
-        return self._assembled()
+        return self.once("matrix", self._assembled)
 
     def _assembled(self) -> np.ndarray:
         operator = self.grid_operator
@@ -297,11 +317,14 @@ class RestrictedOperator:
             np.einsum("ii->i", matrix)[:] += self.softening.ravel()
         return matrix
 
-    @lazy_property
+    @property
     def cholesky(self) -> tuple[np.ndarray, bool]:
         """Cholesky's factor of the matrix, symmetric and positive definite: for scipy's
         ``cho_solve``.
         """
+        return self.once("cholesky", self._factored)
+
+    def _factored(self) -> tuple[np.ndarray, bool]:
         from scipy.linalg import cho_factor
 
         matrix = self._assembled().T  # which is the same, in the order that LAPACK has: no copy
@@ -315,9 +338,12 @@ class RestrictedOperator:
         centre = table[:, :, table.shape[2] // 2, table.shape[3] // 2]
         return float(np.trace(centre) / centre.shape[0])
 
-    @lazy_property
+    @property
     def row_size(self) -> float:
         """Root mean square of the Euclidean lengths of the matrix's rows."""
+        return self.once("row size", self._size_of_rows)
+
+    def _size_of_rows(self) -> float:
         return float(np.linalg.norm(self.matrix) / np.sqrt(len(self.matrix)))
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:

@@ -76,19 +76,16 @@ def _solved(
     def tell_stage(stage: str) -> None:
         progress(f"{len(history)} of {count} steps: {stage}")
 
-    try:
-        for k in range(len(history), count):
-            try:
-                progress(f"{len(history)} of {count} steps")
-                before = stepping.step(k, before, heated, tell_stage if solver.continuum else None)
-                keep(k, before)
-                heated += heat_so_far(scene, None, map(heat_of, [before]))
-            except VarcontactError as error:
-                raise error.in_step(k, history) from error.__cause__
-            except KeyboardInterrupt:
-                raise Interrupted(history, f" after {len(history)} of {count} steps") from None
-    finally:
-        stepping.disc.operators.forget()
+    for k in range(len(history), count):
+        try:
+            progress(f"{len(history)} of {count} steps")
+            before = stepping.step(k, before, heated, tell_stage if solver.continuum else None)
+            keep(k, before)
+            heated += heat_so_far(scene, None, map(heat_of, [before]))
+        except VarcontactError as error:
+            raise error.in_step(k, history) from error.__cause__
+        except KeyboardInterrupt:
+            raise Interrupted(history, f" after {len(history)} of {count} steps") from None
     if scene.motion.control is None:
         return history
     return _with_controlled(history)
@@ -128,7 +125,6 @@ def _grid(scene: Scene[Transient], solver: ContactSolver) -> Grid:
         alone = PotentialContact.of(each)
         plan = replace(solver.plan, tangential="none", coupling="none", grid=alone)
         disc, _ = solve_contact(each, replace(solver, plan=plan, stats=SolveStats()))
-        disc.operators.forget()
         grids.append(disc.grid)
     grid = common_grid(scene, solver.plan.potential_contact, grids)
     if start is not None and not interpolate and np.allclose(start.grid.sides, grid.sides, 1e-9):

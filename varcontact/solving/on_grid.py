@@ -146,12 +146,9 @@ def solve_on_grid(
     on_grid = ContactOnGrid.of(scene, options, initial_guess, known)
     if kept is not None:
         kept[on_grid.disc.grid] = on_grid.disc.operators
-    try:
-        if options.final:
-            return on_grid.solution()
-        return finish(scene, on_grid.disc, on_grid.state, on_grid.solver)
-    finally:
-        on_grid.disc.operators.forget()
+    if options.final:
+        return on_grid.solution()
+    return finish(scene, on_grid.disc, on_grid.state, on_grid.solver)
 
 
 def solve_contact(
@@ -201,7 +198,6 @@ def solve_contact(
             contacts += 1
         if next_grid is None:
             break
-        operators.forget()
         grid = next_grid
         last_contact = InitialGuess.of(disc, state)
     else:

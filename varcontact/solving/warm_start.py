@@ -74,17 +74,9 @@ class Series:
             state = contact(disc, solver, state)
         else:
             check_fits(scene, plan)
-            operators = last.disc.operators
-            disc, state = solve_contact(scene, solver, operators, last.state.traction)
-            if operators is not disc.operators:
-                operators.forget()
+            disc, state = solve_contact(scene, solver, last.disc.operators, last.state.traction)
         self._last = _Last(scene, plan, disc, state)
         return finish(scene, disc, state, solver)
-
-    def forget(self) -> None:
-        """Let go of dense matrices and factors; influence numbers stay."""
-        if self._last is not None:
-            self._last.disc.operators.forget()
 
 
 def solve_in_turn(
@@ -93,11 +85,8 @@ def solve_in_turn(
     """The solutions of a scene for one motion after the other, with creepages or forces that
     differ, as a `Series`.
     """
-    try:
-        for motion in motions:
-            yield series.solve(replace(scene, motion=motion), plan)
-    finally:
-        series.forget()
+    for motion in motions:
+        yield series.solve(replace(scene, motion=motion), plan)
 
 
 def _same_pressure(scene: Scene, plan: Plan, last: _Last) -> bool:

@@ -357,7 +357,6 @@ def _solve_chunk(options: dict[str, Any], dtype: np.dtype, scenes: Sequence[Scen
             records["outcome"][k] = solved_as
         except Exception as error:  # a sweep of days does not end with one scene
             _enter_failure(records, k, error)
-    series.forget()
     return records
 
 

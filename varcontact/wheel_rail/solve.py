@@ -255,9 +255,6 @@ class _Series:
     def _end(self) -> None:
         self._wheel = None
         self._in_plane = None
-        if self.done and self._start is not None:
-            for each in self._start.operators:
-                each.forget()
 
 
 def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:

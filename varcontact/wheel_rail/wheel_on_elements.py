@@ -193,10 +193,7 @@ def solved_alone(wheel: WheelOnElements) -> WheelRailSolution:
     """The solution of a wheel whose tractions are solved for alone."""
     while not wheel.done:
         wheel.learn(wheel.propose())
-    solution = wheel.solution()
-    for each in wheel.operators:
-        each.forget()
-    return solution
+    return wheel.solution()
 
 
 def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
@@ -232,10 +229,6 @@ def _contacts(
         if frictionless and loaded is None:
             return []
         contacts.append(loaded or ContactOnGrid.of(scene, options, start, own))
-    kept = [each.disc.operators for each in contacts]
-    for each in known:
-        if each not in kept:
-            each.forget()
     return contacts
 
 

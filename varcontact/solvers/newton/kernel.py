@@ -231,7 +231,7 @@ def parzen(t: np.ndarray) -> np.ndarray:
 
 def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
     """The kernel of a box from the first offsets of an operator's table, which remembers it."""
-    kept: dict[tuple[int, int], Kernel] = operator.__dict__.setdefault("_kernels", {})
+    kept: dict[tuple[int, int], Kernel] = operator.kernels
     if shape not in kept:
         ny, nx = shape
         rows, columns = operator.shape
