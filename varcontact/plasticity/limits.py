@@ -38,7 +38,7 @@ Mode = Literal["surface flow", "subsurface ratchetting", "alternating plasticity
 
 ELEMENTS = 48
 """Samples across the contact for programs: coarser grids are divided, with 24 gaps are 1 % more."""
-ELEMENTS_OF_FAMILIES = 20
+ELEMENTS_OF_FAMILIES = 16
 """The same for closed forms."""
 SURFACE = 0.05
 """Depth in half-widths to which flow is that of the surface."""
