@@ -273,14 +273,17 @@ def test_theories_bank(capsys):
     """
     distances = script("theories_bank").main(cells=12)
     assert "fastsim-weighted-elliptic" in capsys.readouterr().out
-    assert len(distances) == 11
+    assert len(distances) == 12
     for bound in ("", "-elliptic"):
         one, other = distances[f"fastsim{bound}"], distances[f"fastsim-weighted{bound}"]
         for name in ("vx, vy and spin", "vy against spin", "near full slip", "Fx prescribed"):
             assert 0.5 < one[name] < other[name] - 1
         for name in ("pure vx", "pure vy", "pure spin, small", "pure spin, large"):
             assert one[name] == pytest.approx(other[name], rel=1e-6)
-    assert distances["fastsim"].max() < 15
+    # the springs of steady rolling are too soft in a shift
+    shift = distances.loc["shift with rotation"]
+    assert 15 < shift["fastsim"] < shift["fastsim-elliptic"] < 25
+    assert distances["fastsim"].drop("shift with rotation").max() < 15
     assert distances["vermeulen-johnson"].count() == 3
 
 
