@@ -20,7 +20,7 @@ YAW = 0.01
 """Largest yaw of the scan [rad]."""
 CLEARANCE = 7.0
 """Largest displacement of the scan [mm]."""
-ALIKE = 1e-3
+ALIKE = 1e-4
 """Largest difference of mirror images [mm, mrad]."""
 FREE = ("y", "yaw", "roll", "pitch_rate")
 

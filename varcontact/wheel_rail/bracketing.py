@@ -166,9 +166,9 @@ class Lattice:
         """
         for k in range(HALVINGS + 1):
             weights = self._weights(simplex)
-            if weights.min() < OUTSIDE:  # a jump, or no root at all
-                yield np.mean(simplex, axis=0), True
-                return
+            # across a jump it may be outside: then the middle
+            if weights.min() < OUTSIDE:
+                weights = np.full(len(simplex), 1 / len(simplex))
             if k % HALVINGS_TO_ROOT == 0:
                 yield weights @ np.array(simplex), k == HALVINGS
             # the half in which the root is, or which is nearer to it

@@ -17,7 +17,7 @@ import numpy as np
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.scene.friction import Law
 from varcontact.theories.creep_forces import TheoryName
-from varcontact.wheel_rail.bracketing import Lattice, Nearest
+from varcontact.wheel_rail.bracketing import Lattice
 from varcontact.wheel_rail.equilibrium import CREEPAGE, Balance, Iterate, Solver, broyden, equations
 from varcontact.wheel_rail.position import Velocity
 from varcontact.wheel_rail.result import WheelForces
@@ -114,29 +114,41 @@ class Search:
             return whole, self._root(whole, whole.unknowns(self._found), TOL).x
         origin = np.zeros(len(self._held))
         nearest = None
+        balances: list[tuple[Balance, Iterate]] = []
         for spacing, reach in LATTICES:
-            balanced, missed = self._on_lattice(origin, spacing, reach)
-            if balanced is not None:
-                return balanced
-            if missed is None:
+            lattice = self._lattice(origin, spacing, reach)
+            balances += self._on_lattice(lattice, origin, spacing)
+            smooth = any(at.largest <= SMOOTH for _, at in balances)
+            if smooth or lattice.nearest is None:
                 break
             # a finer lattice around the point that came nearest
-            number, point, missing = missed
+            number, point, missing = lattice.nearest
             origin = origin + spacing * point
             nearest = number, missing, self._values(origin)
-        raise self._refusal(nearest)
+        if not balances:
+            raise self._refusal(nearest)
+        whole, at = min(balances, key=lambda balance: balance[1].largest)
+        return whole, at.x
+
+    def _lattice(self, origin: np.ndarray, spacing: float, reach: int) -> Lattice:
+        return Lattice(lambda point: self._left_over(origin + spacing * np.array(point)), reach)
 
     def _on_lattice(
-        self, origin: np.ndarray, spacing: float, reach: int
-    ) -> tuple[tuple[Balance, np.ndarray] | None, Nearest | None]:
-        """The balance, or the point where it is missed by least, on a lattice around an origin."""
-        lattice = Lattice(lambda point: self._left_over(origin + spacing * np.array(point)), reach)
+        self, lattice: Lattice, origin: np.ndarray, spacing: float
+    ) -> list[tuple[Balance, Iterate]]:
+        """Balances on a lattice around an origin: where loads jump across them, until there is one
+        where they do not.
+        """
+        balances: list[tuple[Balance, Iterate]] = []
         for point, last in lattice.brackets(len(self._held)):
             tol = ROUGH if last else SMOOTH
             balanced = self._balanced(origin + spacing * point, tol)
-            if balanced is not None:
-                return balanced, None
-        return None, lattice.nearest
+            if balanced is None:
+                continue
+            balances.append(balanced)
+            if balanced[1].largest <= SMOOTH:
+                break
+        return balances
 
     def _values(self, point: np.ndarray) -> dict[str, float]:
         """Values that the wheel set is held at, by the coordinates of a point on the lattice."""
@@ -252,7 +264,7 @@ class Search:
             creep = high
         return balance.unknowns(balance.values(x) | {name: pure * (1 + creep)})
 
-    def _balanced(self, point: np.ndarray, tol: float) -> tuple[Balance, np.ndarray] | None:
+    def _balanced(self, point: np.ndarray, tol: float) -> tuple[Balance, Iterate] | None:
         """All loads balanced near a point, to a `tol`."""
         try:
             self._hold(point)
@@ -267,7 +279,7 @@ class Search:
         for name in self._held:
             if not abs(balanced[name] - values[name]) <= NEARBY * self._spacing[name]:
                 return None
-        return whole, at.x
+        return whole, at
 
     def _refusal(self, nearest: tuple[int, float, dict[str, float]] | None) -> SceneError:
         """No position bears the loads: by how much the nearest one fails."""
