@@ -91,6 +91,8 @@ def read_only(data: Data) -> Data:
     """A copy of a dataclass whose arrays, and those of the dataclasses in it, cannot be changed."""
     changed = {}
     for each in fields(data):  # type: ignore[arg-type]
+        if not each.init:  # made from the others
+            continue
         value = getattr(data, each.name)
         if isinstance(value, np.ndarray):
             value = value.copy()
