@@ -91,31 +91,31 @@ def test_json(folder):
 
 
 def test_method_as_an_option_and_in_the_file(folder):
-    (folder / "convex.toml").write_text(SCENE + '[solve]\nmethod = "convex"\n')
-    done = run("solve", "convex.toml", folder=folder)
+    (folder / "conic.toml").write_text(SCENE + '[solve]\nmethod = "conic"\n')
+    done = run("solve", "conic.toml", folder=folder)
     assert done.returncode == 0, done.stderr
-    assert "  method            convex: requested: QP and SOCP by conic solvers" in done.stdout
+    assert "  method            conic: requested: QP and SOCP by conic solvers" in done.stdout
     assert "  solver calls      normal: hertz once" in done.stdout
     assert "                    tangential: clarabel once (" in done.stdout
     result = json.loads(
-        run("solve", "convex.toml", "--method", "kalker", "--json", folder=folder).stdout
+        run("solve", "conic.toml", "--method", "kalker", "--json", folder=folder).stdout
     )
     assert result["road"] == "kalker"
     assert result["solved_by"] == {"normal": "hertz", "tangential": "tang-exact"}
     assert list(result["calls"]["tangential"]) == ["tang-exact"]
     assert set(result["calls"]["tangential"]["tang-exact"]) == {"count", "iterations", "seconds"}
     planned = json.loads(
-        run("plan", "scene.toml", "--method", "convex", "--json", folder=folder).stdout
+        run("plan", "scene.toml", "--method", "conic", "--json", folder=folder).stdout
     )
     assert (planned["method"], planned["tangential"], planned["formulation"]) == (
-        "convex",
+        "conic",
         "clarabel",
         "gap",
     )
     refused = run("solve", "scene.toml", "--method", "konvex", folder=folder)
     assert refused.returncode == 2
     assert (
-        "method = 'konvex' is not allowed: must be one of auto, convex, active-set, kalker"
+        "method = 'konvex' is not allowed: must be one of auto, convex, conic, active-set, kalker"
         in refused.stderr
     )
 

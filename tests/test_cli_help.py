@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import varcontact as vc
 from varcontact.cli import app
 from varcontact.solvers.registry import normal_methods, tangential_methods
-from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
+from varcontact.solving.selection import COUPLINGS, FORMULATIONS, METHODS
 from varcontact.theories.on_grid import THEORIES
 
 METHODS_PAGE = (Path(__file__).parents[1] / "docs/methods.md").read_text()
@@ -58,11 +58,11 @@ def test_help_fits_a_screen_and_says_where_all_methods_are(command):
 def test_the_page_names_all_methods():
     """Those of other packages as `qpsolvers:<name>`, with the names in its row."""
     every = [
-        *PRESETS,
+        *METHODS,
         *normal_methods(),
         *tangential_methods(),
         *THEORIES,
-        *COUPLING_METHODS,
+        *COUPLINGS,
         *FORMULATIONS,
     ]
     words = {word for name in every for word in name.split(":")}

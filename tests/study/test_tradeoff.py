@@ -96,7 +96,7 @@ def test_a_way_that_leaves_many_scenes_unanswered_is_not_on_the_front():
 
 
 def test_what_a_way_does_not_serve_is_recorded():
-    found = vc.tradeoff({"shift along": BANK["shift along"]}, ["fastsim"], cells=[8])
+    found = vc.tradeoff({"shift along": BANK["shift along"]}, ["fastsim-weighted"], cells=[8])
     assert found.runs["outcome"].tolist() == ["refused"]
     assert "steady rolling" in found.runs["reason"][0]
     assert found.report() == "" and len(found.advice()) == len(found.front("shift")) == 0

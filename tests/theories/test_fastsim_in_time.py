@@ -53,7 +53,7 @@ def test_the_end_of_a_history_is_steady_fastsim(name, part):
     rigid = {"vx": 0.03, "vy": -0.02, "spin": 0.1}
     steady = solved(vc.Steady(**rigid), name)
     assert min(steady.elements["stick"], steady.elements["slip"]) > 20
-    history = solved(vc.Transient(steps=round(26 / part), dq=part * DX, **rigid), name)
+    history = solved(vc.Transient(steps=round(60 / part), dq=part * DX, **rigid), name)
     largest = steady.traction_bound.max()
     np.testing.assert_allclose(history[-1].traction, steady.traction, atol=1e-12 * largest)
     np.testing.assert_array_equal(history[-1].state, steady.state)

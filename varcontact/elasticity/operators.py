@@ -206,6 +206,11 @@ class GridOperator:
         the same contact assemble and factor its matrix once.
 
         It refers to no operator: matrices go with the last reference to this one.
+
+        Parameters
+        ----------
+        arrays : sequence of ndarray or None
+            Places of the elements, and what else the matrices are made of; they are the key.
         """
         key = tuple(b"" if each is None else each.tobytes() for each in arrays)
         made = self._on_elements.pop(key, {})

@@ -122,13 +122,13 @@ class Methods(
     ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
     ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3),
     ...     grid=vc.Grid(nx=12, ny=12))
-    >>> programs = vc.Methods(method="convex")
+    >>> programs = vc.Methods(method="conic")
     >>> print(programs)
-    method=convex
+    method=conic
     >>> vc.plan(scene, methods=programs).tangential
     'clarabel'
     >>> vc.solve(scene, methods=programs).plan.method
-    'convex'
+    'conic'
     """
 
     normal: str = "auto"
