@@ -162,7 +162,7 @@ def test_a_pressure_that_is_not_found_is_no_contact_area():
     def lost(problem, settings, start):
         raise ArithmeticError("no way down")
 
-    with pytest.raises(vc.NotConverged, match="lost gave no pressure, it says: .*no way down"):
+    with pytest.raises(vc.NotConverged, match=r"lost gave no pressure, it says: .*no way down"):
         vc.solve(SOFTENS, normal=lost)
 
 
