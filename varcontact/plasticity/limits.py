@@ -108,7 +108,8 @@ class Shakedown(Reported):
         Least yield stress in shear [force/area].
     hardening : {"none", "kinematic"}
     section : Section
-        Residual stress.
+        Residual stress at the places `y` and `depth`: `stress`, shape (3, 3, nz, ny), and
+        `utilised`, shape (nz, ny), the largest stress of a passage by the yield stress.
     mechanism : FlowField or None
         Velocities, where a program found the upper bound.
     critical : ndarray, shape (n, 5)
