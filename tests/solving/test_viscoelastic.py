@@ -13,6 +13,7 @@ import varcontact as vc
 from tests.scenes import make_scene, refused
 from varcontact.elasticity.operators import influence_operator
 from varcontact.reference import hunter
+from varcontact.solvers.registry import SOLVERS
 
 DATA = Path(__file__).parents[1] / "data" / "contact_viscoelastic.json"
 CASES = {case["tag"]: case for case in json.loads(DATA.read_text())["cases"]}
@@ -164,6 +165,7 @@ def test_a_pressure_that_is_not_found_is_no_contact_area():
 
     with pytest.raises(vc.NotConverged, match=r"lost gave no pressure, it says: .*no way down"):
         vc.solve(SOFTENS, normal=lost)
+    del SOLVERS["normal", "lost"]
 
 
 @pytest.mark.parametrize("line", [True, False])
