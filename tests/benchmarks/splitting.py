@@ -3,7 +3,7 @@ random problems.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -33,13 +33,16 @@ MOTIONS = {
 }
 
 
+Product = Callable[[Influence, np.ndarray], np.ndarray]
+
+
 @contextmanager
 def counted_products() -> Iterator[list[int]]:
     """The products with M or its transpose on boxes of each size, coarse grids included."""
     sizes: list[int] = []
     products = Influence.apply, Influence.transposed
 
-    def counting(product, self, field):  # type: ignore[no-untyped-def]
+    def counting(product: Product, self: Influence, field: np.ndarray) -> np.ndarray:
         sizes.append(field.size)
         return product(self, field)
 
@@ -52,7 +55,7 @@ def counted_products() -> Iterator[list[int]]:
             setattr(Influence, product.__name__, product)
 
 
-def _method(counting, product):  # type: ignore[no-untyped-def]
+def _method(counting: Callable[..., np.ndarray], product: Product) -> Product:
     return lambda self, field: counting(product, self, field)
 
 

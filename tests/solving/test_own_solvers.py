@@ -21,10 +21,11 @@ from tests.own_solvers import (
     returning,
 )
 from tests.scenes import refused
-from varcontact.errors import NotConverged, SolverUnavailable
+from varcontact.errors import NotConverged, SceneError, SolverUnavailable
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.registry import SOLVERS, solver
+from varcontact.solvers.registry import SOLVERS, normal_methods, solver
 from varcontact.solving import own_solvers
+from varcontact.solving.selection import METHODS
 
 ROOT = Path(__file__).parents[2]
 GRID = vc.Grid(nx=8, ny=8)
@@ -207,7 +208,7 @@ def test_what_never_ends_is_left_alone(small, kind):
         vc.solve(small(), **{kind: "endless"})
     vc.register_solver("endless", endless, kind)  # replaced; now the budget of the solve ends it
     settings = Settings(deadline=time.perf_counter() + 0.2)
-    problem = vc.program(small(motion=None, friction=None), "normal")._posed.posed
+    problem = vc.program(small(motion=None, friction=None), "normal")._contact.problem
     raw = solver(kind, "endless").solve(problem, settings, None)
     assert not raw.solved
     assert "within its time" in raw.status
@@ -246,6 +247,12 @@ def test_ctrl_c_does_not_reach_it():
         env=os.environ | {"PYTHONPATH": str(ROOT)}, check=False,
     )  # fmt: skip
     assert ended.stdout == "interrupted\n", ended.stderr
+
+
+@pytest.mark.parametrize("name", [*METHODS, *normal_methods()])
+def test_names_that_mean_something_else_are_taken(name):
+    with pytest.raises(SceneError, match="name"):
+        vc.register_solver(name, raising(ValueError("never called")), "normal")
 
 
 def test_functions_of_one_name(small):

@@ -72,7 +72,7 @@ def test_tractions_come_back_with_energy_and_multipliers(small, motion, formulat
 
     weight = problem.bound / problem.bound.max()
     traction = x[program.variables["traction"]].reshape(2, -1)
-    unit = program.scales["shift"] / program._posed.disc.scales.displacement
+    unit = program.scales["shift"] / program._contact.disc.scales.displacement
     shift = problem.shift(posed.traction, posed.rigid) / unit
     if "shift" in program.duals:
         cones = z[program.duals["shift"]].reshape(-1, 3).T

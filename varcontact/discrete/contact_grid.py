@@ -71,7 +71,7 @@ class PotentialContact:
         """The grid across a contact, without elements beyond the samples of a surface."""
         return within(self.form.spread(box), self.surface)
 
-    def closer(self, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:
+    def reduced(self, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:
         """A grid that lies closer around the contact, where the number of elements across it is
         not met.
 

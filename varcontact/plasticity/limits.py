@@ -435,9 +435,9 @@ def _of_point(solution: Solution, side: int, strength: Strength, search: Search)
         fine = _passage(solution, side, strength, search, ELEMENTS, across)
         found = _Found.closed(families(fine), fine, search)
         if search.hardening == "none":
-            found = _by_programs(found, fine, search)
+            found = _by_programs(found, search, search.gap)
     kinematic = found.families.kinematic, found.families.alternating.factor
-    way = found.passage
+    passage = found.passage
     return Shakedown(
         lower=found.lower,
         upper=found.upper,
@@ -445,8 +445,8 @@ def _of_point(solution: Solution, side: int, strength: Strength, search: Search)
         elastic=found.families.elastic,
         kinematic=kinematic,
         mode=found.mode,
-        place=found.place[0] * way.unit,
-        depth=found.place[1] * way.unit,
+        place=found.place[0] * passage.unit,
+        depth=found.place[1] * passage.unit,
         flow=found.net,
         field_error=error,
         hardening=search.hardening,
@@ -454,7 +454,7 @@ def _of_point(solution: Solution, side: int, strength: Strength, search: Search)
         mechanism=found.mechanism,
         critical=found.critical.critical,
         centre=found.critical.centre,
-        **_of_load(solution, strength, way.depth * way.unit),
+        **_of_load(solution, strength, passage.depth * passage.unit),
     )
 
 
@@ -499,7 +499,7 @@ class _Found:
     mechanism: FlowField | None = None
 
     @classmethod
-    def closed(cls, closed: Families, way: Passage, search: Search) -> _Found:
+    def closed(cls, closed: Families, passage: Passage, search: Search) -> _Found:
         """Bounds of closed form."""
         least = _least(closed.alternating, closed.surface, search)
         lower = closed.axial
@@ -509,14 +509,14 @@ class _Found:
             lower = closed.kinematic
             sampled = closed.kinematic_sampled
             stress = closed.back_stress
-        residual = tensor_of(stress * way.strength[:, None, None])
+        residual = tensor_of(stress * passage.strength[:, None, None])
         if search.hardening == "none":
             # rho_xx alone, not its deviator
             axial = np.zeros_like(residual)
             axial[0, 0] = 1.5 * residual[0, 0]
             residual = axial
         return cls(
-            way, closed, lower, sampled, least.factor, least.place, least.net, least, residual
+            passage, closed, lower, sampled, least.factor, least.place, least.net, least, residual
         )
 
     @property
@@ -546,13 +546,17 @@ class _Found:
             net[1] = 0.0
         return replace(self, upper=flow.factor, place=flow.place, net=net, mechanism=flow)
 
+    def ended(self, gap: float) -> bool:
+        """True where the gap is closed, or nothing but what lies between samples keeps it open."""
+        return self.gap <= gap or self.sampled > (1 - gap / 4) * self.upper
+
     def section(self, strength: Strength) -> Section:
         """The residual stress in the whole section, in the scene's units."""
-        way = self.passage
-        y = way.y
+        passage = self.passage
+        y = passage.y
         stress = self.residual
         utilised = self.utilised
-        if way.symmetric:
+        if passage.symmetric:
             signs = np.array([1.0, -1.0, 1.0])
             mirrored = stress * (signs[:, None] * signs)[:, :, None, None]
             right = y > -1e-9
@@ -561,32 +565,32 @@ class _Found:
             stress = np.concatenate([mirrored[..., left][..., ::-1], stress[..., right]], axis=-1)
             if utilised is not None:
                 utilised = np.concatenate([utilised[:, left][:, ::-1], utilised[:, right]], axis=1)
-        depth = way.depth * way.unit
+        depth = passage.depth * passage.unit
         least = float(strength(depth).min())
-        return Section(y * way.unit, depth, stress * least, utilised)
+        return Section(y * passage.unit, depth, stress * least, utilised)
 
 
-def _by_programs(found: _Found, way: Passage, search: Search) -> _Found:
-    """Bounds by programs: residual stresses, velocities on two meshes, finer residual stresses."""
-    gap = search.gap
-    assert gap is not None
-    more = 0
-    if way.depth[-1] > SLENDER:
-        more = 3
-
-    def with_stresses(found: _Found, sizes: tuple[int, int, int]) -> _Found:
-        space = ResidualSpace.around(way, sizes[0], sizes[1], sizes[2] + more)
-        enough = (1 - gap) * found.upper
-        return found.with_lower(lower_bound(way, space, enough, search.report))
-
-    def ended(found: _Found) -> bool:
-        """True where the gap is closed, or nothing but what lies between samples keeps it open."""
-        return found.gap <= gap or found.sampled > (1 - gap / 4) * found.upper
-
-    found = with_stresses(found, SPLINES)
+def _by_programs(found: _Found, search: Search, gap: float) -> _Found:
+    """Bounds by programs, until the gap is closed: residual stresses, velocities on two meshes,
+    finer residual stresses.
+    """
+    found = _with_stresses(found, SPLINES, search, gap)
     for sizes in MESHES:
-        if not ended(found):
-            found = found.with_upper(upper_bound(way, flow_mesh(way, *sizes), search.report))
-    if not ended(found):
-        found = with_stresses(found, FINER_SPLINES)
+        if not found.ended(gap):
+            mesh = flow_mesh(found.passage, *sizes)
+            found = found.with_upper(upper_bound(found.passage, mesh, search.report))
+    if not found.ended(gap):
+        found = _with_stresses(found, FINER_SPLINES, search, gap)
     return found
+
+
+def _with_stresses(
+    found: _Found, sizes: tuple[int, int, int], search: Search, gap: float
+) -> _Found:
+    """The lower bound by residual stresses with so many splines."""
+    across, beside, down = sizes
+    if found.passage.depth[-1] > SLENDER:
+        down += 3
+    space = ResidualSpace.around(found.passage, across, beside, down)
+    enough = (1 - gap) * found.upper
+    return found.with_lower(lower_bound(found.passage, space, enough, search.report))

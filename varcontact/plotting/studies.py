@@ -390,7 +390,7 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
     """
     kinds, families = (list(dict.fromkeys(study.classes[name])) for name in ("kind", "family"))
     with style.styled():
-        looks = _looks_of_families(families)
+        looks = _family_styles(families)
         figure, axes = style.new_panels(len(kinds), 2.8)
         for ax, kind in zip(axes, kinds, strict=True):
             part = study.classes[study.classes["kind"] == kind]
@@ -414,7 +414,7 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
     return figure
 
 
-def _looks_of_families(families: list[str]) -> dict[str, dict[str, Any]]:
+def _family_styles(families: list[str]) -> dict[str, dict[str, Any]]:
     """Looks of the families of methods, and of the front."""
     points = {"markersize": 3.5, "linestyle": ""}
     looks = {name: style.look(i) | points for i, name in enumerate(families)}

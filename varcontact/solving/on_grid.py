@@ -369,7 +369,7 @@ def adjust(
         return potential.enlarged(disc.grid, state.pressure, overlap, more)
     if not closer:
         return None
-    return potential.closer(disc.grid, state.pressure, any_surface=with_tractions)
+    return potential.reduced(disc.grid, state.pressure, any_surface=with_tractions)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,17 @@ GROUP = "varcontact.solvers"
 """Group of the entry points."""
 NAME = re.compile(r"\w[\w.-]*")
 """Names of solvers: without the marks that names of methods have between their parts."""
-RESERVED = ("auto", "none", "hertz", "no-slip", "program", "convex", "active-set", "kalker")
+RESERVED = (
+    "auto",
+    "none",
+    "hertz",
+    "no-slip",
+    "program",
+    "convex",
+    "conic",
+    "active-set",
+    "kalker",
+)
 """Names that mean something else."""
 
 

@@ -157,7 +157,7 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
     if not plan.closed_form:
         unknowns["normal"] = count * math.prod(plan.cells(scene))
     if plan.has_friction:
-        count = _rubbing(scene, contact)
+        count = _elements_with_friction(scene, contact)
         elements["tangential"] = count
         unknowns["tangential"] = 0
         if plan.solves:
@@ -178,7 +178,7 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
     )
 
 
-def _rubbing(scene: Scene, contact: np.ndarray) -> int:
+def _elements_with_friction(scene: Scene, contact: np.ndarray) -> int:
     """Elements in contact with friction."""
     if isinstance(scene.friction, np.ndarray):
         contact = contact & (scene.friction.reshape(contact.shape) > 0)

@@ -113,17 +113,17 @@ class Program(Reported):
     problem: str
     formulation: str
     notes: tuple[str, ...]
-    _posed: _Posed = field(repr=False)
+    _contact: _ContactProblem = field(repr=False)
 
     @lazy_property
     def _conic(self) -> ConicProgram:
-        posed = self._posed.posed
-        unknowns = self._posed.unknowns
-        check_memory(self.problem, self._posed.example, self.formulation, unknowns)
+        problem = self._contact.problem
+        unknowns = self._contact.unknowns
+        check_memory(self.problem, self._contact.example, self.formulation, unknowns)
         of_traction, of_shift = FORMULATIONS[self.formulation]
-        if isinstance(posed, NormalProblem):
-            return normal_program(posed, of_traction, of_shift)
-        return tangential_program(posed, of_traction, of_shift)
+        if isinstance(problem, NormalProblem):
+            return normal_program(problem, of_traction, of_shift)
+        return tangential_program(problem, of_traction, of_shift)
 
     @lazy_property
     def P(self) -> Any:
@@ -155,20 +155,20 @@ class Program(Reported):
 
     @property
     def elements(self) -> np.ndarray:
-        return self._posed.posed.operator.elements
+        return self._contact.problem.operator.elements
 
     @property
     def scales(self) -> dict[str, Any]:
-        scales = self._posed.disc.scales
-        posed = self._posed.posed
+        scales = self._contact.disc.scales
+        problem = self._contact.problem
         energy = self._conic.energy * scales.force * scales.displacement
-        product = self._conic.energy / posed.area  # of a traction and a shift
-        if isinstance(posed, NormalProblem):
-            unit = math.sqrt(product * posed.operator.diagonal)
-            traction = np.full(posed.distance.size, unit / posed.operator.diagonal)
+        product = self._conic.energy / problem.area  # of a traction and a shift
+        if isinstance(problem, NormalProblem):
+            unit = math.sqrt(product * problem.operator.diagonal)
+            traction = np.full(problem.distance.size, unit / problem.operator.diagonal)
         else:
-            unit = product / posed.bound.max()
-            traction = np.tile(posed.bound, posed.components)
+            unit = product / problem.bound.max()
+            traction = np.tile(problem.bound, problem.components)
         return {
             "traction": traction * scales.pressure,
             "shift": unit * scales.displacement,
@@ -181,7 +181,7 @@ class Program(Reported):
         products by FFT, and with the transpose, no matrix. ``operator @ x[variables["traction"]]``
         are shifts in ``scales["shift"]``.
         """
-        return linear_operator(self._posed.posed)
+        return linear_operator(self._contact.problem)
 
     def to(self, name: str) -> Any:
         """The program as a package takes it.
@@ -261,7 +261,7 @@ class Program(Reported):
             For values of another shape, that are not finite, or without multipliers where they
             are needed.
         """
-        posed = self._posed
+        contact = self._contact
         values = checks.array("x", x, shape=self.q.shape)
         if z is None:
             self._check_multipliers()
@@ -269,33 +269,33 @@ class Program(Reported):
         else:
             multipliers = checks.array("z", z, shape=self.b.shape)
         traction, rigid = self._conic.recover(values, multipliers)
-        if isinstance(posed.posed, NormalProblem):
+        if isinstance(contact.problem, NormalProblem):
             if z is None and self.formulation == "complementary":
-                rigid = _approach(posed.posed, traction)
-            disc, state = posed.with_pressure(traction, float(rigid[0]))
+                rigid = _approach(contact.problem, traction)
+            disc, state = contact.with_pressure(traction, float(rigid[0]))
         else:
-            field, shifts = posed.posed.on_grid(traction, rigid)
-            disc = posed.disc
-            state = replace(posed.state, traction=field, rigid=shifts)
+            field, shifts = contact.problem.on_grid(traction, rigid)
+            disc = contact.disc
+            state = replace(contact.state, traction=field, rigid=shifts)
         state = replace(state, solved_by={self.problem: "program"})
-        closed_form = posed.plan.closed_form
+        closed_form = contact.plan.closed_form
         certificate = certificate_of(disc, state, closed_form, "auto")
         residual = getattr(certificate, f"{self.problem}_residual")
         stats = SolveStats()
         converged = bool(residual <= TOLERANCE)
-        return solution_of(self.scene, disc, posed.plan, state, certificate, converged, stats)
+        return solution_of(self.scene, disc, contact.plan, state, certificate, converged, stats)
 
     def _check_multipliers(self) -> None:
-        posed = self._posed.posed
-        if isinstance(posed, NormalProblem):
+        problem = self._contact.problem
+        if isinstance(problem, NormalProblem):
             needed = self.formulation == "potential"
         else:
-            needed = bool(posed.free) and self.formulation == "complementary"
+            needed = bool(problem.free) and self.formulation == "complementary"
         if needed:
             raise SceneError("z", None, f"given: {self.formulation} has part of the answer there")
 
     def __repr__(self) -> str:
-        return f"Program({self.problem!r}, {self.formulation!r}, {self._posed.unknowns} unknowns)"
+        return f"Program({self.problem!r}, {self.formulation!r}, {self._contact.unknowns} unknowns)"
 
     def report(self) -> str:
         """Size, blocks of variables and rows with their meaning, and what is held fixed."""
@@ -311,33 +311,33 @@ class Program(Reported):
 
 
 @dataclass(frozen=True, eq=False)
-class _Posed:
+class _ContactProblem:
     """A problem of a contact on its grid, under a pressure."""
 
     disc: Discretisation
     state: ContactState
     plan: Plan
-    posed: NormalProblem | TangentialProblem
+    problem: NormalProblem | TangentialProblem
 
     @property
     def example(self) -> SolverSpec | None:
         """A solver that needs about as much memory as others."""
-        if isinstance(self.posed, NormalProblem):
+        if isinstance(self.problem, NormalProblem):
             return solver_spec("normal", "clarabel")
         return solver_spec("tangential", "clarabel")
 
     @property
     def unknowns(self) -> int:
-        if isinstance(self.posed, NormalProblem):
-            return self.posed.distance.size
-        return self.posed.rigid_shift.size
+        if isinstance(self.problem, NormalProblem):
+            return self.problem.distance.size
+        return self.problem.rigid_shift.size
 
     def with_pressure(
         self, traction: np.ndarray, approach: float
     ) -> tuple[Discretisation, ContactState]:
         """The contact with pressures (n,) of its elements, or of their parts."""
         disc = self.disc
-        operator = self.posed.operator
+        operator = self.problem.operator
         pressure = np.zeros(operator.grid_operator.shape)
         pressure.flat[operator.elements] = traction
         cells = cells_of(disc.grid.edge, disc.grid.line)
@@ -437,15 +437,15 @@ def _of_pressures(scene: Scene, formulation: str) -> Program:
     lattice = disc
     if cells != (1, 1):
         lattice = divided(disc, cells)
-    posed = lattice.normal_problem().reachable()
-    if posed.distance.size == 0:
+    problem = lattice.normal_problem().reachable()
+    if problem.distance.size == 0:
         raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
     names = ["complementary", "potential", "gap"]
-    if not posed.symmetric:
+    if not problem.symmetric:
         names = ["gap"]
     formulation = _checked(formulation, names, "viscoelastic bodies have no energy")
     plan = _by_program(plan, "normal", formulation)
-    contact = _Posed(disc, unloaded(disc.grid), plan, posed)
+    contact = _ContactProblem(disc, unloaded(disc.grid), plan, problem)
     return Program(scene, "normal", formulation, tuple(notes), contact)
 
 
@@ -462,18 +462,18 @@ def _of_tractions(scene: Scene, formulation: str, pressure: np.ndarray | None) -
     plan = select(scene, methods)
     disc, state = contact_under(scene, plan.potential_contact.known, pressure)
     notes = _held_fixed(scene, disc)
-    posed = disc.tangential_problem(state.pressure)
-    if posed.size == 0:
+    problem = disc.tangential_problem(state.pressure)
+    if problem.size == 0:
         raise SceneError("friction", scene.friction, "positive where there is pressure")
     names = ["complementary", "potential", "gap"]
-    if not posed.symmetric:
+    if not problem.symmetric:
         names = ["gap"]
     formulation = _checked(formulation, names, "steady rolling has no energy")
-    if formulation == "gap" and posed.symmetric_part is None:
+    if formulation == "gap" and problem.symmetric_part is None:
         why = "the gap is not convex for elements so long and steps so short"
         raise SceneError("motion.dq", getattr(scene.motion, "dq", None), f"longer: {why}")
     plan = _by_program(plan, "tangential", formulation)
-    contact = _Posed(disc, state, plan, posed)
+    contact = _ContactProblem(disc, state, plan, problem)
     return Program(scene, "tangential", formulation, tuple(notes), contact)
 
 

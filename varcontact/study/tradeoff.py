@@ -188,7 +188,7 @@ def _ways(methods: Iterable[str | Way], numbers: list[int]) -> list[Way]:
         if isinstance(each, Way):
             ways.append(each)
         else:
-            ways += _ways_named(each, numbers)
+            ways += _parsed_ways(each, numbers)
     if not ways:
         raise SceneError("methods", [], "at least one name")
     by_name = {str(way): way for way in ways}
@@ -199,7 +199,7 @@ def _ways(methods: Iterable[str | Way], numbers: list[int]) -> list[Way]:
     return list(by_name.values())
 
 
-def _ways_named(name: str, numbers: list[int]) -> list[Way]:
+def _parsed_ways(name: str, numbers: list[int]) -> list[Way]:
     """The ways of a method with all numbers of elements; or all accuracies."""
     solver_name("tangential", name)
     checks.choice("methods", name, ("auto", "accuracy", *tangential_methods(), *THEORIES))

@@ -48,11 +48,11 @@ from varcontact.wheel_rail.wheel_geometry import VARIES, ContactPatch, WheelGeom
 from varcontact.wheel_rail.wheel_on_elements import (
     Start,
     WheelOnElements,
-    borne,
     for_pressure,
     patches_at,
     solved_alone,
     vertical,
+    vertical_forces,
 )
 
 SIDE_BY_SIDE = 32
@@ -553,10 +553,10 @@ def _near(
     forces = [each.normal_force for each in held]
     force_errors = [_largest_error(each) for each in held]
     coupled = patches[0].scene.coupled
-    known = borne(near)
+    known = vertical_forces(near)
     if coupled:
         solved = tuple(map(PatchSolution, patches, held))
-        known = borne(WheelRailSolution(case, near.z, solved, 0))
+        known = vertical_forces(WheelRailSolution(case, near.z, solved, 0))
     search = BearingHeight(case, tol, near.z, known, same_grids=coupled)
     while not search.done:
         z = search.propose()

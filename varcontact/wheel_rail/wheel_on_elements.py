@@ -82,7 +82,7 @@ class WheelOnElements:
         self._before = [each.solution for each in last.patches]
         self._operators = start.operators
         z = self._case.touching + (last.z - last.case.touching + start.deeper)
-        self._search = BearingHeight(self._case, self._tol, z, borne(last))
+        self._search = BearingHeight(self._case, self._tol, z, vertical_forces(last))
 
     @property
     def done(self) -> bool:
@@ -240,7 +240,7 @@ def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_frictio
     )
 
 
-def borne(solution: WheelRailSolution) -> tuple[float, float]:
+def vertical_forces(solution: WheelRailSolution) -> tuple[float, float]:
     """The vertical forces of a solution: that of the normal forces, and of all that count."""
     frames = [each.frame for each in solution.patches]
     forces = [each.force for each in solution.patches]

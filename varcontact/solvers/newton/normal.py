@@ -25,14 +25,21 @@ from varcontact.solvers.newton.tangential import TangentialSystem
 def newton_normal(
     problem: NormalProblem, settings: Settings, start: RawSolution | None = None
 ) -> RawSolution:
+    scaled = scaled_normal(problem)
+    if isinstance(scaled, RawSolution):
+        return scaled
+    return solve(scaled, start, settings)
+
+
+def scaled_normal(problem: NormalProblem) -> ScaledNormal | RawSolution:
+    """The problem divided by its units, or its answer where nothing touches or what is given is no
+    number.
+    """
     approach = np.array([problem.approach or 0.0])
     apart = RawSolution(np.zeros_like(problem.distance), approach, 0, "Solved")
     if not np.isfinite(problem.distance).all():
         return replace(apart, status="NotANumber", solved=False)
-    scaled = ScaledNormal.of(problem)
-    if scaled is None:
-        return apart
-    return solve(scaled, start, settings)
+    return ScaledNormal.of(problem) or apart
 
 
 @dataclass(frozen=True, eq=False)

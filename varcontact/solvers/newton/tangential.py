@@ -43,15 +43,22 @@ def newton_tangential(
     Memory is linear in the number of elements, and so, but for a small power, is the time.
     """
     assert type(problem.operator) is RestrictedOperator, "a table by offset has no half problems"
+    scaled = scaled_tangential(problem)
+    if isinstance(scaled, RawSolution):
+        return scaled
+    return solve(scaled, start, settings)
+
+
+def scaled_tangential(problem: TangentialProblem) -> ScaledTangential | RawSolution:
+    """The problem divided by its units, or its answer where nothing moves or what is given is no
+    number.
+    """
     still = RawSolution(
         np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "Solved"
     )
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
         return replace(still, status="NotANumber", solved=False)
-    scaled = ScaledTangential.of(problem)
-    if scaled is None:
-        return still
-    return solve(scaled, start, settings)
+    return ScaledTangential.of(problem) or still
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,8 +27,8 @@ from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialP
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.newton.driver import ROUNDED, GridConditions, GridProblem
 from varcontact.solvers.newton.globalisation import Point
-from varcontact.solvers.newton.normal import ScaledNormal
-from varcontact.solvers.newton.tangential import ScaledTangential
+from varcontact.solvers.newton.normal import scaled_normal
+from varcontact.solvers.newton.tangential import scaled_tangential
 from varcontact.solvers.splitting.anderson import Extrapolation
 from varcontact.solvers.splitting.inequality import Inequality, Iterate
 
@@ -58,13 +58,9 @@ def splitting_normal(
     problem: NormalProblem, settings: Settings, start: RawSolution | None = None
 ) -> RawSolution:
     """Solve the normal problem."""
-    approach = np.array([problem.approach or 0.0])
-    apart = RawSolution(np.zeros_like(problem.distance), approach, 0, "Solved")
-    if not np.isfinite(problem.distance).all():
-        return replace(apart, status="NotANumber", solved=False)
-    scaled = ScaledNormal.of(problem)
-    if scaled is None:
-        return apart
+    scaled = scaled_normal(problem)
+    if isinstance(scaled, RawSolution):
+        return scaled
     return solve(scaled, settings, start)
 
 
@@ -75,14 +71,9 @@ def splitting_tangential(
 
     A yield stress that the tractions of the same pass raise is none of a convex problem.
     """
-    still = RawSolution(
-        np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "Solved"
-    )
-    if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
-        return replace(still, status="NotANumber", solved=False)
-    scaled = ScaledTangential.of(problem)
-    if scaled is None:
-        return still
+    scaled = scaled_tangential(problem)
+    if isinstance(scaled, RawSolution):
+        return scaled
     raw = solve(scaled, settings, start)
     if raw.solved or problem.symmetric or problem.symmetric_part is not None:
         return raw
