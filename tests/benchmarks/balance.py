@@ -2,6 +2,7 @@
 finds.
 """
 
+import itertools
 import json
 import time
 from dataclasses import replace
@@ -15,7 +16,9 @@ from varcontact.wheel_rail import Position, Profile, Track, Velocity, WheelSet, 
 
 CASES = RESULTS / "balance_cases.json"
 SETS, QUICK = 200, 10
-POINTS, QUICK_POINTS = 41, 15
+POINTS, QUICK_POINTS = 41, 13
+BLOCK = 4
+"""Positions between two of the coarse scan."""
 YAW = 0.01
 """Largest yaw of the scan [rad]."""
 CLEARANCE = 7.0
@@ -54,22 +57,63 @@ def wheel_set(seed: int) -> WheelSetOnTrack:
 
 
 def scanned(case: WheelSetOnTrack, points: int) -> bool:
-    """Whether lateral force and yaw moment change their sign between the corners of one cell,
-    around 0 of both.
+    """Lateral force and yaw moment turn around zero along the edge of a cell of positions.
+
+    Every fourth position is tried first; blocks whose loads may vanish inside are filled in.
     """
     held = replace(case, free=("roll", "pitch_rate"))
+    y = np.linspace(-CLEARANCE, CLEARANCE, points)
+    yaw = np.linspace(-YAW, YAW, points)
     loads = np.full((points, points, 2), np.nan)
-    for i, y in enumerate(np.linspace(-CLEARANCE, CLEARANCE, points)):
-        for j, yaw in enumerate(np.linspace(-YAW, YAW, points)):
-            try:
-                found = replace(held, position=Position(y=float(y), yaw=float(yaw))).estimate()
-            except (NoContact, NotConverged, SceneError):
-                continue
-            loads[i, j] = -found.force[1], found.moment_on_wheelset[2]
-    corners = np.stack([loads[:-1, :-1], loads[1:, :-1], loads[1:, 1:], loads[:-1, 1:]])
-    angle = np.arctan2(corners[..., 1] / 750.0, corners[..., 0])
+    inside = np.zeros((points, points), dtype=bool)
+
+    # The coarse scan.
+    coarse = range(0, points, BLOCK)
+    for i, j in itertools.product(coarse, coarse):
+        loads[i, j] = loads_at(held, float(y[i]), float(yaw[j]))
+
+    # Every position of the blocks in which both loads may vanish.
+    for i, j in itertools.product(coarse[:-1], coarse[:-1]):
+        corners = loads[i : i + BLOCK + 1 : BLOCK, j : j + BLOCK + 1 : BLOCK].reshape(-1, 2)
+        if may_vanish(corners):
+            inside[i : i + BLOCK + 1, j : j + BLOCK + 1] = True
+    inside[::BLOCK, ::BLOCK] = False
+    for i, j in np.argwhere(inside):
+        loads[i, j] = loads_at(held, float(y[i]), float(yaw[j]))
+
+    cells = np.stack([loads[:-1, :-1], loads[1:, :-1], loads[1:, 1:], loads[:-1, 1:]])
+    return bool((np.abs(turns(cells)) > 0.5).any())
+
+
+def loads_at(held: WheelSetOnTrack, y: float, yaw: float) -> tuple[float, float]:
+    """Lateral force [N] and yaw moment [N mm] that the rails still owe, NaN without contact."""
+    try:
+        found = replace(held, position=Position(y=y, yaw=yaw)).estimate()
+    except (NoContact, NotConverged, SceneError):
+        return np.nan, np.nan
+    return -found.force[1], found.moment_on_wheelset[2]
+
+
+def may_vanish(corners: np.ndarray) -> bool:
+    """Both loads reach zero within the range of their corners, widened by twice itself; a corner
+    without contact leaves the block open.
+    """
+    known = corners[np.isfinite(corners).all(axis=-1)]
+    if len(known) == 0:
+        return False
+    if len(known) < len(corners):
+        return True
+    low = known.min(axis=0)
+    high = known.max(axis=0)
+    spread = 2 * (high - low)
+    return bool(((low - spread <= 0) & (high + spread >= 0)).all())
+
+
+def turns(cells: np.ndarray) -> np.ndarray:
+    """Winding number of the loads (4, m, n, 2) around zero along each cell, 0 where one is NaN."""
+    angle = np.arctan2(cells[..., 1] / 750.0, cells[..., 0])
     turned = np.remainder(np.roll(angle, -1, axis=0) - angle + np.pi, 2 * np.pi) - np.pi
-    return bool((np.abs(turned.sum(axis=0)) > np.pi).any())
+    return np.nan_to_num(turned.sum(axis=0) / (2 * np.pi))
 
 
 def outcome(case: WheelSetOnTrack) -> tuple[list[float] | None, str]:

@@ -168,7 +168,7 @@ def _units_of_history(history: History, steps: Sequence[int] | None) -> dict[str
 
 def steps_that_count(number: int, steps: Sequence[int] | None) -> Sequence[int]:
     """Steps of a history in which errors are measured: those asked for, or all; a `SceneError` if
-    it lacks one.
+    one is missing.
     """
     if steps is None:
         return range(number)

@@ -133,7 +133,7 @@ class Harmonic(
     """
 
     _words: ClassVar = {
-        "frequency": "wave_number, the circular frequency by the rolling velocity",
+        "frequency": "wave_number, the circular frequency divided by the rolling velocity",
         **{
             f"F{i}": f"v{i}, an amplitude: without slip forces are in proportion to creepages"
             for i in "xy"

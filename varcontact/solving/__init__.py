@@ -1,1 +1,1 @@
-"""The road from a scene to its solution."""
+"""Solution of a scene: plan, contact problems, Panagiotopoulos's loop, time steps."""

@@ -55,8 +55,8 @@ FIELD_PASSES_MAX = 500
 PLAIN_PASSES = 100
 """Passes without acceleration to fields of which several may be solutions.
 
-Where two solutions have just vanished, passes linger for a while, then go on; acceleration would
-hold them there.
+Where two solutions have just vanished, many passes change little before they converge elsewhere;
+acceleration would stop them there.
 """
 ACCELERATED_BELOW = 1e-4
 """Residual below which these are accelerated, too."""

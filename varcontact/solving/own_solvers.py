@@ -76,7 +76,7 @@ def register_solver(
 
     Notes
     -----
-    An answer is never believed: the certificate judges it, and `NotConverged` tells what it lacks.
+    No answer is trusted: the certificate judges it, and `NotConverged` names what is missing.
     Where the function raises, returns something else or does not end, `NotConverged` names the
     solver and says so. It is called in a thread beside: Ctrl-C does not reach it, and past its time
     it is left to itself.

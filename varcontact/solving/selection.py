@@ -103,11 +103,11 @@ class Methods(
         Solvers of the two problems, or a theory, see docs/methods.md; or a function, as
         `register_solver` takes it, which becomes its name.
     coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
-        How the two meet where the bodies differ.
+        Coupling of the two problems where the bodies differ.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
         The programs.
     method : {"auto", "convex", "conic", "active-set", "kalker"}
-        The road as one choice.
+        The overall method.
 
     Raises
     ------

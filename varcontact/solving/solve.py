@@ -1,4 +1,4 @@
-"""The road from a scene to its solution, from top to bottom."""
+"""`solve`: a scene and its methods, then the plan, then its solution."""
 
 from __future__ import annotations
 
@@ -104,10 +104,11 @@ def solve(
         "linear", "vermeulen-johnson"; or "table", exact forces interpolated; or
         a solver of your own, as for `normal`.
     coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
-        How the two meet where the bodies differ (K != 0): one pass; both
-        problems in turn; pressure and tractions together with only the traction
-        bound fixed; or both at once by Newton's method without a matrix, and in
-        turn where that fails.
+        Coupling of the normal and the tangential problem where the bodies
+        differ (K != 0). "johnson": one pass; "panagiotopoulos": both problems
+        in turn; "joint": pressure and tractions together with only the traction
+        bound fixed; "newton": both at once by Newton's method without a matrix,
+        and in turn where that fails.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
         The programs: by complementary energy (215), by potential energy (214),
         by the duality gap; or, in steady rolling, transient steps until nothing
@@ -153,8 +154,8 @@ def solve(
     refine : None
         Refused: `accuracy`, without a grid, takes its place.
     progress : callable, optional
-        Told the name of each stage as it starts; of a history, how many steps
-        are done.
+        Called with the name of each stage as it starts; in a history, with the
+        number of steps done.
     store : str or Path, optional
         Of a history: the file its steps are added to as they are finished, so
         that memory does not grow with them. Called again with the same scene,

@@ -68,7 +68,7 @@ class ContinuumValues:
     @checks.named_options()
     def error(self, found: Mapping[str, float]) -> float:
         """The error of an answer: the largest of the errors of its values `found`, in their units;
-        NaN if one lacks.
+        NaN if one is missing.
         """
         return error(found, {name: self.values[name] for name in self.units}, self.units)
 

@@ -1,4 +1,4 @@
-"""Search for the height of the axle that bears a load: heights to try, by the forces at those
+"""Search for the height of the axle that carries a load: heights to try, by the forces at those
 before.
 """
 
@@ -31,7 +31,7 @@ by solvers."""
 
 
 class BearingHeight:
-    """Search for the height that bears the load; of a case with a height, that alone.
+    """Search for the height that carries the load; of a case with a height, that alone.
 
     `propose` gives the next height until `done`. There, `learn_normal` takes the vertical part of
     the normal forces alone, and `near` says whether the rest is worth solving for; `learn` takes

@@ -1,4 +1,4 @@
-"""All patches of a wheel on a rail, and the height of its axle that bears the load."""
+"""All patches of a wheel on a rail, and the height of its axle that carries the load."""
 
 from __future__ import annotations
 
@@ -406,8 +406,8 @@ def _to_accuracy(
 ) -> WheelRailSolution:
     """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
-    Distances and frames are those of a height near that which bears the load. From there the normal
-    forces grow by the power 3/2 of the depth; grids stay, so that forces do not jump.
+    Distances and frames are those of a height near that which carries the load. From there the
+    normal forces grow by the power 3/2 of the depth; grids stay, so that forces do not jump.
     """
     assert target.accuracy is not None
     half = replace(target, accuracy=target.accuracy / 2)

@@ -74,7 +74,7 @@ class ContactPatch:
     rolling_radius : float
         Of the wheel at the origin, undeformed [mm].
     creepage : Creepages
-        Of the rail over the wheel, in the frame, by the rolling velocity:
+        Of the rail over the wheel, in the frame, divided by the rolling velocity:
         CONTACT's CKSI, CETA and CPHI.
     approach : float
         How deep the undeformed wheel is in the rail [mm].

@@ -86,7 +86,7 @@ class WheelOnElements:
 
     @property
     def done(self) -> bool:
-        """True if a height is found that bears the load."""
+        """True if a height is found that carries the load."""
         return self._search.done
 
     def propose(self) -> list[ContactOnGrid]:
@@ -126,7 +126,7 @@ class WheelOnElements:
         self._learn_forces([each.force for each in self._contacts])
 
     def solution(self) -> WheelRailSolution:
-        """The certified solution at the height that bears the load."""
+        """The certified solution at the height that carries the load."""
         if self._contacts:
             self._solutions = [each.solution() for each in self._contacts]
         patches = tuple(map(PatchSolution, self._patches, self._solutions))

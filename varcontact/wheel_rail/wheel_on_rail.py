@@ -95,7 +95,7 @@ class WheelOnRail(WheelGeometry):
     def solve(
         self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any
     ) -> WheelRailSolution:
-        """Solve all patches, with the height of the axle that bears the
+        """Solve all patches, with the height of the axle that carries the
         vertical force, where that is given.
 
         Parameters
@@ -117,9 +117,8 @@ class WheelOnRail(WheelGeometry):
         Raises
         ------
         NoContact, SceneError
-            See `patches`, and where no height bears the force: on a steep
-            flange friction can lift the wheel by more than its normal force
-            presses it down.
+            See `patches`, and if no equilibrium height exists: on a steep
+            flange friction may carry more than the load.
         NotConverged
             If a patch is not solved, see `varcontact.solve`.
         """
