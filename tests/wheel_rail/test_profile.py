@@ -14,7 +14,7 @@ from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
 from tests.wheel_rail.conditions import wheel as on_track
 from varcontact.wheel_rail import DoubtfulProfile, Profile, Track, WheelSet
-from varcontact.wheel_rail.profile import _crossed, flange
+from varcontact.wheel_rail.profile_shape import crossed, flange
 
 PROFILES = DATA / "profiles"
 FINE_RAIL, FINE_WHEEL = Profile.rail_60e1(step=0.1), Profile.s1002(step=0.1)
@@ -533,6 +533,6 @@ def test_segments_that_cross_are_found_as_one_by_one() -> None:
         points = np.cumsum(rng.normal(size=(20, 2)), axis=0)
         points = points.round() if k % 3 == 0 else points
         points = points[np.append(True, np.abs(np.diff(points, axis=0)).sum(axis=1) > 0)]
-        assert set(_crossed(points[:-1], points[1:]).tolist()) == by_hand(points)
+        assert set(crossed(points[:-1], points[1:]).tolist()) == by_hand(points)
     y = np.linspace(-35.0, 35.0, 50_000)
     assert Profile(y=y, z=y**2 / 600, kind="rail").y.size == y.size

@@ -15,7 +15,16 @@ from varcontact.wheel_rail.geometry_table import (
     rolling_radius_difference,
 )
 from varcontact.wheel_rail.position import Position, Velocity
-from varcontact.wheel_rail.profile import DoubtfulProfile, Profile
+from varcontact.wheel_rail.profile import Profile
+from varcontact.wheel_rail.profile_dimensions import (
+    FlangeClearance,
+    FlangeDimensions,
+    RailWear,
+    flange_clearance,
+    flange_dimensions,
+    rail_wear,
+)
+from varcontact.wheel_rail.profile_shape import DoubtfulProfile
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchSolution, PatchWear, Wear, WheelRailSolution, wear
 from varcontact.wheel_rail.slices import ProfileSlices
@@ -47,6 +56,8 @@ __all__ = [
     "DoubtfulProfile",
     "FastPatch",
     "FastWheel",
+    "FlangeClearance",
+    "FlangeDimensions",
     "FrictionByAngle",
     "GeometryTable",
     "Irregularity",
@@ -56,6 +67,7 @@ __all__ = [
     "Position",
     "Profile",
     "ProfileSlices",
+    "RailWear",
     "RoughProfile",
     "Shakedown",
     "Track",
@@ -70,8 +82,11 @@ __all__ = [
     "british_rail_wear",
     "equivalent_conicity",
     "fatigue_damage",
+    "flange_clearance",
+    "flange_dimensions",
     "geometry_table",
     "johnson_diagram",
+    "rail_wear",
     "read_contact_input",
     "rolling_radius_difference",
     "shakedown",

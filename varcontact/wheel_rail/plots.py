@@ -67,6 +67,17 @@ def plot_profile(profile: Profile) -> Figure:
         kinks = profile.kink_points
         if kinks.size:
             above.plot(profile.y[kinks], profile.z[kinks], "x", color=colour(3), label="kinks")
+        outliers = profile.outliers()
+        if outliers.size:
+            above.plot(
+                profile.y[outliers],
+                profile.z[outliers],
+                "o",
+                markersize=7,
+                markerfacecolor="none",
+                color=colour(1),
+                label=f"outliers ({outliers.size})",
+            )
         above.set(ylabel="z [mm]", aspect="equal", title=profile.name or profile.kind)
         above.invert_yaxis()
         legend_below(above)

@@ -16,8 +16,18 @@ from varcontact.errors import SceneError
 from varcontact.html import preformatted
 from varcontact.system.files import check_ending, write_whole
 from varcontact.system.process import lazy_property
-from varcontact.wheel_rail.curve import Curve, growing, spline
-from varcontact.wheel_rail.profile_files import KINDS, Z_UP, Kind, rail_60e1, read_points, s1002
+from varcontact.wheel_rail.curve import Curve, spline
+from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
+from varcontact.wheel_rail.profile_fit import fitted, normal_distances, outlying, turning
+from varcontact.wheel_rail.profile_shape import (
+    DoubtfulProfile,
+    check_shape,
+    direction,
+    doubt_of,
+    flange,
+    guess_mirror,
+)
+from varcontact.wheel_rail.profile_writers import endings_of, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,42 +42,8 @@ KINK_BY_MEDIAN = 8.0
 """Least angle of a kink, divided by the median of those at all points."""
 TOGETHER = 0.02
 """Spacing below which a point is left out, relative to the usual one: its direction is rounding."""
-NARROWEST = 1.0
-"""Smallest width of a profile [mm]; in metres none has it."""
-ON_LINE = 1e-6
-"""Distance below which a point lies on a line [mm]."""
-FLANGE = 0.1
-"""Least distance of a wheel's flange from the middle, relative to the width."""
-TIP = 10.0
-"""Least depth of its tip below the median of the points [mm]."""
-FLANGE_WIDTH = 3.0
-"""Least width of a flange within a millimetre of its tip [mm]."""
-FLANGE_FACE = 5.0
-"""Least height of its face, steeper than 45 degrees [mm]: balls, cones, and hollow or barrelled
-treads have none."""
-FINE = 0.1
-"""Step along the points at which a flange is looked for [mm]."""
-WIDE = 10.0
-"""Width of a part beside the highest one of a rail that a wheel may touch as well [mm]."""
 LOST = 1.0
 """Height of a wheel's flange that may be missing in what touches [mm]."""
-BACK = 3.0
-"""Smallest rise of a wheel's flange behind its tip, where that is part of the profile [mm]."""
-FLAT_DEPTH = 1 / 5
-"""Part of the depth of a rail from its lowest point in which it is flat if it is upside down."""
-FLAT_WIDTH = 2 / 3
-"""Part of the width above which it is: heads are flat on top. Of a groove, even half a circle, it
-is 0.6 at most."""
-OUTWARDS = 1 / 80
-"""Slope to the field side above which the sides of a rail are probably exchanged; 1:20 and 1:40 to
-the track side are usual."""
-BESIDE = 50
-"""The top of a rail, or the lowest point of a wheel, with one in BESIDE of the points to either
-side, three at least, shows which way they run."""
-
-
-class DoubtfulProfile(UserWarning):
-    """Points that look like a profile of the other kind, upside down, or of exchanged sides."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -136,14 +112,14 @@ class Profile(checks.Checked):
             )
         points = np.stack([y, z], axis=1)
         if len(points) >= FEWEST:  # from the track side, without points that lie on each other
-            points = points[:: _direction(points, self.kind)]
+            points = points[:: direction(points, self.kind)]
             steps = np.hypot(*np.diff(points, axis=0).T)
             points = points[np.append(True, steps > TOGETHER * np.median(steps))]
         if len(points) < FEWEST:
             reason = f"the profile has {len(points)} different points; it needs {FEWEST} at least"
             raise SceneError("profile", len(points), message=reason)
-        _check_shape(points)
-        doubt = _doubt(points, self.kind)
+        check_shape(points)
+        doubt = doubt_of(points, self.kind)
         if doubt and self.name:
             doubt = f"{self.name}: {doubt}"
         if doubt:
@@ -238,7 +214,7 @@ class Profile(checks.Checked):
         points, kind, says_z = read_points(path, kind)
         y, z = checks.positive("scale", scale) * points.T
         if mirror_z is None:
-            mirror_z = not says_z and _guess_mirror(y, z, kind, path)
+            mirror_z = not says_z and guess_mirror(y, z, kind, path)
         if mirror_z:
             z = -z
         if mirror_y == "auto":
@@ -269,18 +245,26 @@ class Profile(checks.Checked):
 
     @checks.named_options()
     def save(self, path: str | Path) -> None:
-        """Write the points to a file of two columns (.csv) at a `path`, as `read` takes it.
+        """Write the points to a file, as `read` takes it.
+
+        Parameters
+        ----------
+        path : str or Path
+            Two columns with z down (`.csv`, and `.txt` in the form of CONTACT),
+            SIMPACK's (`.prr` of rails, `.prw` of wheels), or MiniProf's (`.ban`
+            of rails, with z up, and `.whl` of wheels). An existing file is
+            replaced.
 
         Raises
         ------
         OutputError
-            If the file cannot be written.
+            If the file cannot be written, or the ending is none of these.
         """
         file = checks.file_name("path", path)
-        check_ending("path", file, ".csv")
-        lines = [f"# {self.name or self.kind}: y to the outside, z down [mm]"]
-        lines += [f"{y:.10g},{z:.10g}" for y, z in zip(self.y, self.z, strict=True)]
-        write_whole("path", file, ("\n".join(lines) + "\n").encode())
+        check_ending("path", file, *endings_of(self.kind))
+        points = np.stack([self.y, self.z], axis=1)
+        text = written(points, self.kind, self.name, file.suffix.lower())
+        write_whole("path", file, text.encode())
 
     @lazy_property
     def curve(self) -> Curve:
@@ -342,245 +326,180 @@ class Profile(checks.Checked):
         """
         return replace(self, smoothing=length)
 
+    @checks.named_options()
+    def shifted(self, *, y: float = 0.0, z: float = 0.0) -> Profile:
+        """The profile moved by `y` and `z` [mm]."""
+        shift = np.array([checks.number("y", y), checks.number("z", z)])
+        return self._moved(0.0, shift)
+
+    @checks.named_options()
+    def rotated(self, angle: float, *, about: tuple[float, float] = (0.0, 0.0)) -> Profile:
+        """The profile turned by an `angle` [rad], from y towards z, `about` a point (y, z) [mm].
+
+        Examples
+        --------
+        >>> wheel = Profile.s1002()
+        >>> back = wheel.rotated(0.02).aligned(wheel)
+        >>> print(f"{abs(back.z - wheel.z).max():.6f} mm")
+        0.000000 mm
+        """
+        turn = checks.number("angle", angle)
+        centre = checks.array("about", about, shape=(2,))
+        return self._moved(turn, centre - turning(turn) @ centre)
+
+    @checks.named_options()
+    def aligned(
+        self,
+        to: Profile,
+        *,
+        over: tuple[float, float] | None = None,
+        rotate: bool = True,
+    ) -> Profile:
+        """The profile moved, and turned, onto another one, with the least squares of its points'
+        normal distances.
+
+        Parameters
+        ----------
+        to : Profile
+            Such as the nominal one, of the same kind.
+        over : (float, float), optional
+            Only points opposite this part of `to` count, from a y to a greater
+            one [mm]: one that does not wear. By default all do.
+        rotate : bool
+            False: shifts only.
+
+        Raises
+        ------
+        SceneError
+            For a profile of the other kind, and where fewer than ten points
+            are within 20 mm of `to` and opposite the part `over`.
+        """
+        self._check_other(to)
+        limits = (-np.inf, np.inf)
+        if over is not None:
+            low, high = checks.array("over", over, shape=(2,)).tolist()
+            if low >= high:
+                raise SceneError("over", over, "a y and a greater one [mm]")
+            limits = (low, high)
+        points = np.stack([self.y, self.z], axis=1)
+        angle, shift = fitted(points, to.curve, limits, checks.flag("rotate", rotate))
+        return self._moved(angle, shift)
+
+    @checks.named_options()
+    def distances(self, to: Profile) -> np.ndarray:
+        """Normal distances of the points from another profile, shape (n,) [mm].
+
+        Positive where material is missing; NaN beyond its ends, and farther
+        than 20 mm from it.
+        """
+        self._check_other(to)
+        points = np.stack([self.y, self.z], axis=1)
+        below, _, _ = normal_distances(points, to.curve)
+        if self.kind == "wheel":
+            return -below
+        return below
+
+    @checks.named_options()
+    def trimmed(
+        self,
+        *,
+        y: tuple[float, float] | None = None,
+        z: tuple[float, float] | None = None,
+    ) -> Profile:
+        """The part of the profile within ranges of `y` and `z`, each from a number to a greater
+        one [mm].
+
+        SceneError where what is left is not in one piece, or has fewer than ten
+        points.
+        """
+        keep = np.full(self.y.size, True)
+        for name, limits, values in (("y", y, self.y), ("z", z, self.z)):
+            if limits is None:
+                continue
+            low, high = checks.array(name, limits, shape=(2,)).tolist()
+            keep &= (values >= low) & (values <= high)
+        pieces = np.count_nonzero(np.diff(keep.astype(int)) == 1) + int(keep[0])
+        if pieces > 1:
+            message = f"y, z: the part within these limits has {pieces} pieces, and must be one"
+            raise SceneError("y, z", (y, z), message=message)
+        return self._of_points(np.flatnonzero(keep))
+
+    @checks.named_options()
+    def resampled(self, step: float) -> Profile:
+        """Points of the profile's curve a `step` apart [mm], nearly; kinks stay.
+
+        The curve of a smoothed profile becomes points without smoothing.
+        """
+        spacing = checks.positive("step", step)
+        ends = [0, *self.kink_points.tolist(), self.y.size - 1]
+        places = [np.zeros(1)]
+        for first, last in pairwise(self.curve.s[ends].tolist()):
+            intervals = max(1, round((last - first) / spacing))
+            places.append(np.linspace(first, last, intervals + 1)[1:])
+        y, z = self.curve.points(np.concatenate(places)).T
+        kinks = tuple(self.curve.points(self.curve.s[self.kink_points])[:, 0].tolist())
+        return replace(self, y=y, z=z, smoothing=0.0, kinks=kinks)
+
+    @checks.named_options()
+    def outliers(self, *, distance: float | None = None) -> np.ndarray:
+        """Indices of points that are far from the curve through their neighbours.
+
+        Parameters
+        ----------
+        distance : float, optional
+            How far [mm]. By default six robust standard deviations of all
+            points, and at least 0.02 mm, or 0.01/mm times the square of the
+            width of five intervals.
+
+        Notes
+        -----
+        The curve is a parabola through eleven points, with Tukey's weights: up
+        to four of them may be wrong. Kinks end it.
+
+        Examples
+        --------
+        >>> rail = Profile.rail_60e1()
+        >>> z = rail.z.copy()
+        >>> z[[200, 300, 301]] += 0.1
+        >>> from dataclasses import replace
+        >>> print(replace(rail, z=z).outliers())
+        [200 300 301]
+        """
+        if distance is not None:
+            distance = checks.positive("distance", distance)
+        return outlying(np.stack([self.y, self.z], axis=1), self.kink_points, distance)
+
+    @checks.named_options()
+    def without_outliers(self, *, distance: float | None = None) -> Profile:
+        """The profile without its `outliers`, see there for `distance`."""
+        keep = np.setdiff1d(np.arange(self.y.size), self.outliers(distance=distance))
+        return self._of_points(keep)
+
+    def _check_other(self, to: Profile) -> None:
+        checks.kind("to", to, Profile)
+        if to.kind != self.kind:
+            raise SceneError("to", f"a {to.kind}'s profile", f"a {self.kind}'s profile")
+
+    def _of_points(self, keep: np.ndarray) -> Profile:
+        """Some of the points, with the kinks among them."""
+        kinks = self.kinks
+        if not isinstance(kinks, str):
+            kinks = tuple(self.y[np.intersect1d(self.kink_points, keep)].tolist())
+        if keep.size < FEWEST:
+            reason = f"{keep.size} points are left of the profile; it needs {FEWEST} at least"
+            raise SceneError("profile", int(keep.size), message=reason)
+        return replace(self, y=self.y[keep], z=self.z[keep], kinks=kinks)
+
+    def _moved(self, angle: float, shift: np.ndarray) -> Profile:
+        """All points, and kinks, after ``turning(angle) @ point + shift``."""
+        y, z = (np.stack([self.y, self.z], axis=1) @ turning(angle).T + shift).T
+        kinks = self.kinks
+        if not isinstance(kinks, str):
+            kinks = tuple(y[self.kink_points].tolist())
+        return replace(self, y=y, z=z, kinks=kinks)
+
     def plot(self) -> Figure:
-        """Points, curve and kinks, and the curvature below them."""
+        """Points, curve, kinks and outliers, and the curvature below them."""
         from varcontact.wheel_rail.plots import plot_profile
 
         return plot_profile(self)
-
-
-def _check_shape(points: np.ndarray) -> None:
-    """Refuse lengths in metres, points that come twice, and segments that cross each other."""
-    width = float(np.ptp(points[:, 0]))
-    if width < NARROWEST:
-        message = (
-            f"the profile is {width:.3g} mm wide: give millimetres; "
-            "a file in metres is read with scale=1000"
-        )
-        raise SceneError("profile.y", width, message=message)
-    different, times = np.unique(points[:-1], axis=0, return_counts=True)
-    if times.max() > 1:
-        y, z = different[times.argmax()].tolist()
-        message = (
-            f"the profile comes back to y = {y:.4g}, z = {z:.4g} mm: "
-            "points must be ordered along it"
-        )
-        raise SceneError("profile", (y, z), message=message)
-    crossed = _crossed(points[:-1], points[1:])
-    if crossed.size:
-        y, z = points[crossed.min() :][:2].mean(axis=0).tolist()
-        message = (
-            f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm: "
-            "order, or thin, its points"
-        )
-        raise SceneError("profile", (y, z), message=message)
-
-
-def _crossed(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Indices of segments that another one crosses, which is no neighbour."""
-    low = np.minimum(start, end)
-    high = np.maximum(start, end)
-    # pairs that have a part of y in common, by the segment that begins first
-    order = low[:, 0].argsort()
-    after = np.arange(1, order.size + 1)
-    counts = np.searchsorted(low[order, 0], high[order, 0], side="right") - after
-    first = np.repeat(order, counts)
-    offsets = np.repeat(after - (np.cumsum(counts) - counts), counts)
-    second = order[np.arange(counts.sum()) + offsets]
-    # of these, the ones that have a part of z in common
-    near = (
-        (low[first, 1] <= high[second, 1])
-        & (low[second, 1] <= high[first, 1])
-        & (np.abs(first - second) > 1)
-    )
-    lower = np.minimum(first, second)[near]
-    higher = np.maximum(first, second)[near]
-    # and of these, the ones whose ends are on both sides of each other
-    lower_ends = start[lower], end[lower]
-    higher_ends = start[higher], end[higher]
-    across = _off(*lower_ends, higher_ends[0]) * _off(*lower_ends, higher_ends[1])
-    along = _off(*higher_ends, lower_ends[0]) * _off(*higher_ends, lower_ends[1])
-    return lower[(across < -(ON_LINE**2)) & (along < -(ON_LINE**2))]
-
-
-def _off(first: np.ndarray, last: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Distance of a point to the left of the line from one point to another."""
-    line = last - first
-    to = point - first
-    area = line[..., 0] * to[..., 1] - line[..., 1] * to[..., 0]
-    return area / np.hypot(line[..., 0], line[..., 1])
-
-
-def _direction(points: np.ndarray, kind: Kind) -> int:
-    """1 where y grows from one end to the other, or, where these meet, on what can be touched; else
-    -1.
-    """
-    y, z = points.T
-    first = 0
-    last = y.size - 1
-    if abs(y[-1] - y[0]) <= np.ptp(y) / 2:
-        touched = int(z.argmin() if kind == "rail" else z.argmax())
-        beside = max(3, y.size // BESIDE)
-        first = max(touched - beside, 0)
-        last = min(touched + beside, y.size - 1)
-    return 1 if y[first] < y[last] else -1
-
-
-def _doubt(points: np.ndarray, kind: Kind) -> str:
-    """A sentence on points that look like those of the other kind, z that points up, or a wheel's
-    flange on the field side.
-    """
-    y, z = points.T
-    other: Kind = "wheel" if kind == "rail" else "rail"
-    if _is_of(other, y, z):
-        return f'profile.kind = "{kind}", but the points look like those of a {other}'
-    if _upside_down(y, z, kind):
-        return (
-            f"the {kind}'s profile looks upside down: z points down; "
-            "read a file with z up with mirror_z=True"
-        )
-    if kind == "rail" and (parts := _parts(y, z))[1:]:
-        (first, last), (left, right) = parts[:2]
-        return (
-            f"wheels touch the part at y = {first:.4g} to {last:.4g} mm, "
-            f"not that at {left:.4g} to {right:.4g} mm, nearly as high: "
-            "along what they touch y must keep growing; cut the other off"
-        )
-    if kind == "wheel" and flange(y, z) > 0:
-        return (
-            f"the wheel's flange is at y = {y[z.argmax()]:.4g} mm, the outside: "
-            "change the sign of y, or give mirror_y=True"
-        )
-    return ""
-
-
-def _parts(y: np.ndarray, z: np.ndarray) -> list[tuple[float, float]]:
-    """The ends of the parts along which y keeps growing, wide, and nearly as high as the highest,
-    which comes first.
-    """
-    grows = np.append(False, np.diff(y) > 0)
-    starts = np.flatnonzero(~grows)
-    runs = [slice(a, b) for a, b in pairwise([*starts.tolist(), y.size])]
-    wide = [run for run in runs if np.ptp(y[run]) > WIDE]
-    wide.sort(key=lambda run: float(z[run].min()))
-    high = [run for run in wide if z[run].min() < z[wide[0]].min() + TIP]
-    return [(float(y[run][0]), float(y[run][-1])) for run in high]
-
-
-def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
-    """True if the z of a file is to change its sign, where nobody says it."""
-    points, kind, says_z = read_points(path, kind)
-    y, z = scale * points.T
-    return not says_z and _guess_mirror(y, z, kind, path)
-
-
-def _guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) -> bool:
-    """The same of the points of a file."""
-    file = Path(path)
-    suffix = file.suffix.lower()
-    if kind == "rail" and suffix in Z_UP:
-        mirrored = not (_hollow(-z) or _flat_below(y, -z))
-        reason = f"{suffix} has z up"
-    else:
-        mirrored = _upside_down(y, z, kind)
-        reason = "the profile looks upside down"
-    words = ""
-    if mirrored:
-        words = f"the sign of z is changed, as {reason}; mirror_z=True or False says what is right"
-    elif kind == "rail" and _hollow(z):
-        words = (
-            "the rail is hollow, with z down; "
-            "mirror_z=False says that it is, mirror_z=True that z points up"
-        )
-    if words:
-        warnings.warn(f"{file.name}: {words}", DoubtfulProfile, stacklevel=4)
-    return mirrored
-
-
-def _upside_down(y: np.ndarray, z: np.ndarray, kind: Kind) -> bool:
-    """True for a wheel whose flange points up, or a hollow rail that is flat where it is lowest."""
-    if kind == "wheel":
-        return flange(y, -z) != 0 and flange(y, z) == 0
-    return _hollow(z) and _flat_below(y, z)
-
-
-def _flat_below(y: np.ndarray, z: np.ndarray) -> bool:
-    """True if most of the width is near the lowest point."""
-    width = np.abs(np.diff(y))
-    low = z[1:] > z.max() - FLAT_DEPTH * np.ptp(z)
-    return bool(width[low].sum() > FLAT_WIDTH * width.sum())
-
-
-def _hollow(z: np.ndarray) -> bool:
-    """True if the lowest point of a rail is inside, and its highest at an end."""
-    ends = (0, len(z) - 1)
-    return int(z.argmax()) not in ends and int(z.argmin()) in ends
-
-
-def flange(y: np.ndarray, z: np.ndarray) -> float:
-    """Side of a wheel's flange: -1 at the lesser y, 1 at the greater, 0 if it has none."""
-    at = int(z.argmax())
-    middle = (y.min() + y.max()) / 2
-    width = y.max() - y.min()
-    if abs(y[at] - middle) < FLANGE * width or z[at] < np.median(z) + TIP:
-        return 0.0
-    # on evenly spaced points: how blunt the tip is, and how high the face towards the middle
-    s = np.append(0.0, np.cumsum(np.hypot(np.diff(y), np.diff(z))))
-    along = np.linspace(0.0, s[-1], int(np.ceil(s[-1] / FINE)) + 1)
-    across = np.diff(np.interp(along, s, y))
-    down = np.diff(np.interp(along, s, z))
-    tip = np.interp(along[1:], s, z) > z[at] - 1.0
-    steep = np.abs(down) > np.abs(across)
-    inwards = (along[1:] - s[at]) * (middle - y[at]) * (y[-1] - y[0]) > 0
-    sharp = np.abs(across[tip]).sum() < FLANGE_WIDTH
-    if sharp or np.abs(down[steep & inwards]).sum() < FLANGE_FACE:
-        return 0.0
-    return float(np.sign(y[at] - middle))
-
-
-def _falls(y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-    """The run of growing y around the highest point: y, depths below that point, and its index."""
-    top = int(z.argmin())
-    run = growing(np.diff(y) > 0, top)
-    return y[run], z[run] - z[top], top - run.start
-
-
-def _is_of(kind: Kind, y: np.ndarray, z: np.ndarray) -> bool:
-    """True if points are a rail's, both sides of which fall to their ends, or those of a wheel with
-    a flange.
-
-    Most of a rail's width is near its top, most of a wheel's far above its flange's tip; beyond the
-    groove of a grooved rail there is a lip.
-    """
-    heights = z
-    if kind == "wheel":
-        heights = -z  # its flange's tip is its lowest point
-    at, depth, top = _falls(y, heights)
-    far = np.diff(at) * (depth[1:] > TIP)
-    mostly_far = far.sum() > np.ptp(at) / 2
-    deepest = np.array([depth[: top + 1].max(), depth[top:].max()])
-    if kind == "rail":
-        falls_to_ends = bool((depth[[0, -1]] > deepest - ON_LINE).all())
-        return not mostly_far and deepest.min() > TIP and falls_to_ends
-    lip = min(far[:top].sum(), far[top:].sum())
-    return bool(mostly_far and deepest.min() > BACK and lip < TIP) and flange(y, z) != 0
-
-
-def check_sides(rail: Profile, stacklevel: int) -> None:
-    """Warn of a rail's head that leans to the field side around its middle, as of one whose sides
-    are exchanged.
-    """
-    at, depth, top = _falls(rail.y, rail.z)
-    left = np.interp(-TIP, -depth[: top + 1], at[: top + 1])
-    right = np.interp(TIP, depth[top:], at[top:])
-    middle = np.abs(at - (left + right) / 2) < (right - left) / 4
-    if min(depth[0], depth[-1]) < TIP or middle.sum() < 3:  # it does not go down on both sides
-        return
-    slope = np.polyfit(at[middle], depth[middle], 1)[0]
-    if slope > OUTWARDS:
-        words = (
-            f"track.rail: the profile leans to the field side by 1:{1 / slope:.0f}, "
-            "so its gauge side is probably on the wrong side: "
-            "change the sign of y, or read the file with mirror_y=True"
-        )
-        warnings.warn(words, stacklevel=stacklevel)

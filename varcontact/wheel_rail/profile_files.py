@@ -37,6 +37,8 @@ WITH_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eEdD][-+]?\d+)?$")
 SECTION = re.compile(r"\[Profile\d+Points\]$", re.IGNORECASE)
 SAYS_Z = re.compile(r"\bz down\b|^\s*mirror\.z\s*=", re.MULTILINE)
 """In files of varcontact, and in SIMPACK's header: the direction of z is no guess."""
+SAYS_Z_UP = re.compile(r"\bz up\b")
+"""In MiniProf's files of varcontact."""
 NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
 CHANGES = {
     **dict.fromkeys(("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z"), 0.0),
@@ -74,6 +76,8 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, b
         raise SceneError(
             "path", str(path), message=f"{file.name} has no points; known formats are {FORMATS}"
         )
+    if SAYS_Z_UP.search(text):
+        return np.array(points) * [1.0, -1.0], kind, True
     return np.array(points), kind, SAYS_Z.search(text) is not None
 
 

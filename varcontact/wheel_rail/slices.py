@@ -18,8 +18,9 @@ from varcontact.errors import SceneError
 from varcontact.io.contact_words import Lines
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve, growing, spline
-from varcontact.wheel_rail.profile import Profile, guess_mirror_z
+from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
+from varcontact.wheel_rail.profile_shape import guess_mirror_z
 
 SLICES = (".slcs", ".slcw")
 """Endings of CONTACT's files."""

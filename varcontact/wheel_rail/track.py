@@ -18,7 +18,8 @@ from varcontact.kinematics import RigidBody, rotation
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.position import angle
-from varcontact.wheel_rail.profile import Profile, flange
+from varcontact.wheel_rail.profile import Profile
+from varcontact.wheel_rail.profile_shape import flange
 from varcontact.wheel_rail.slices import ProfileSlices, RailSurface, Surface, sliced, surface_of
 
 Side = Literal["left", "right"]

@@ -47,7 +47,7 @@ from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap, overlap
 from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
 from varcontact.wheel_rail.position import Velocity
-from varcontact.wheel_rail.profile import check_sides
+from varcontact.wheel_rail.profile_shape import check_sides
 from varcontact.wheel_rail.quantities import fast_values
 from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
