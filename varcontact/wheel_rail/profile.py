@@ -387,7 +387,7 @@ class Profile(checks.Checked):
 
     @checks.named_options()
     def distances(self, to: Profile) -> np.ndarray:
-        """Normal distances of the points from another profile, shape (n,) [mm].
+        """Normal distances of the points from another profile, `to`, shape (n,) [mm].
 
         Positive where material is missing; NaN beyond its ends, and farther
         than 20 mm from it.
