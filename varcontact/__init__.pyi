@@ -45,6 +45,7 @@ from .scene.grid import Grid
 from .scene.interface import Thermal, ThirdBody
 from .scene.motion import Harmonic, Shift, Steady, TimeStep
 from .scene.scene import Scene
+from .scene.surface_load import SurfaceLoad
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.transient import Transient
 from .scene.units import MM_N, SI, Units
@@ -126,6 +127,7 @@ __all__ = [
     "StaticKinetic",
     "Steady",
     "SubsurfaceStress",
+    "SurfaceLoad",
     "TemperatureFalling",
     "Thermal",
     "ThirdBody",

@@ -197,6 +197,18 @@ def if_noise(surface: Surface, grid: Grid) -> str:
     return f"; or, if this is noise, {how_to_smooth(f'{4 * side:.3g}')}, at least"
 
 
+def check_loads(scene: Scene, grid: Grid, elements: np.ndarray, region: str) -> None:
+    """Refuse loads beside the contact that lie on some elements (ny, nx) of a grid."""
+    for k, load in enumerate(scene.loads or ()):
+        if load.overlaps(grid, elements):
+            box = _rounded(contact_box(grid, elements), grid.line)
+            message = (
+                f"loads[{k}] overlaps the {region}, {box}: "
+                "tractions are prescribed outside the contact only"
+            )
+            raise SceneError(f"loads[{k}]", load, message=message)
+
+
 def _not_containing(grid: Grid) -> str:
     sides = "left, right"
     if not grid.line:

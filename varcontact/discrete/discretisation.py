@@ -17,6 +17,7 @@ from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.loading import Loading, PreviousStep
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.elasticity.beside import loads_beside
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.of_scenes import medium_on
 from varcontact.elasticity.operators import GridOperator, edge_compliance
@@ -267,13 +268,28 @@ class Discretisation:
 
     @property
     def slip_of_elements(self) -> np.ndarray | float:
-        """Rigid shift in a step that is given element by element, beside creepages, (2, ny, nx)
+        """Shift in a step that is known element by element, beside creepages, (2, ny, nx)
         [length].
         """
         motion = self.loading.motion
+        shift = self._shift_by_loads
         if not isinstance(motion, Steady) or motion.rigid_slip is None:
-            return 0.0
-        return (self.step or 0.0) * self.scales.length * motion.rigid_slip
+            return shift
+        return shift + (self.step or 0.0) * self.scales.length * motion.rigid_slip
+
+    @property
+    def _shift_by_loads(self) -> np.ndarray | float:
+        """Shift in a step by loads beside the contact: their displacement difference less that
+        which particles bring along [length].
+        """
+        shift: np.ndarray | float = 0.0
+        beside = self.loading.beside
+        if beside is not None:
+            shift = beside.shift(self.grid, self.transport.stencil)
+        before = self.loading.beside_before
+        if before is not None:
+            shift = shift - before.shift(self.grid, ((self.transport.distance, 1.0),))
+        return shift
 
     @lazy_property
     def known_shift(self) -> np.ndarray:
@@ -295,6 +311,20 @@ class Discretisation:
         if self.grid.line:
             return previous.distance[:, 1:-1]
         return previous.distance[1:-1, 1:-1]
+
+    def undeformed_distance(self, grid: Grid, beyond: float = 0.0) -> np.ndarray:
+        """Undeformed distance (ny, nx) with that of loads beside the contact, at the element
+        centres of another grid [length].
+        """
+        distance = undeformed_distance(self.surface, self.hertz, grid, beyond)
+        return self.with_loads_beside(distance, grid)
+
+    def with_loads_beside(self, distance: np.ndarray, grid: Grid) -> np.ndarray:
+        """A distance (ny, nx) on a grid with that of loads beside the contact [length]."""
+        beside = self.loading.beside
+        if beside is None:
+            return distance
+        return distance + beside.distance(grid)
 
     def with_loading(self, **changes: Any) -> Discretisation:
         """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient`
@@ -336,15 +366,18 @@ class Discretisation:
         """The same bodies in the scene of a step, on the same grid and in the same scales."""
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
-        distance = self.distance
-        if surface is not self.surface:
-            distance = surface.distance(self.grid)
+        beside = self.loading.beside
+        if scene.loaded and scene.loads is not self.loading.scene.loads:
+            beside = loads_beside(scene, self.scales.length)
         operators = self.operators
         if isinstance(scene.motion, TimeStep):
             operators = operators.at_end(scene.motion.dt)
-        loading = replace(_loading_of(scene), previous_step=previous_step)
+        loading = replace(_loading_of(scene), previous_step=previous_step, beside=beside)
         at_step = replace(self, loading=loading, operators=operators)
-        return replace(at_step, surface=surface, hertz=scene.hertz, distance=distance)
+        at_step = replace(at_step, surface=surface, hertz=scene.hertz)
+        if surface is self.surface and beside is self.loading.beside:
+            return at_step
+        return replace(at_step, distance=at_step.undeformed_distance(self.grid))
 
     def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
         """The normal problem; where the bodies differ, with their dimensionless traction (2, ny,
@@ -488,6 +521,9 @@ def discretise(scene: Scene, grid: Grid, built: Operators | None = None) -> Disc
         loading,
         operators,
     )
+    if scene.loaded:
+        disc = disc.with_loading(beside=loads_beside(scene, scales.length))
+        disc = replace(disc, distance=disc.with_loads_beside(distance, grid))
     return disc.with_motion(loading.motion)
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from varcontact.elasticity.beside import LoadsBeside
 from varcontact.interfaces.interface import Fields
 from varcontact.scene.friction import Friction
 from varcontact.scene.motion import Motion
@@ -36,7 +37,8 @@ class Loading:
 
     Without a motion it is normal contact only. The scene says what lies between the bodies.
     `arrived` are fields of the interfaces that particles bring along, `implicit` those that the
-    contact itself determines, as they are taken in this pass.
+    contact itself determines, as they are taken in this pass. `beside` are loads beside the
+    contact, `beside_before` those of the step before.
     """
 
     scene: Scene
@@ -47,3 +49,5 @@ class Loading:
     previous_step: PreviousStep | None = None
     arrived: Fields = field(default_factory=dict)
     implicit: Fields = field(default_factory=dict)
+    beside: LoadsBeside | None = None
+    beside_before: LoadsBeside | None = None

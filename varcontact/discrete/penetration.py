@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.discrete.contact_grid import Box, contact_box
-from varcontact.discrete.discretisation import Discretisation, undeformed_distance
+from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState, as_solved, unloaded
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
@@ -120,6 +120,9 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     if disc.operators.normal.table.min() < 0 or (disc.K != 0 and np.any(state.traction)):
         highest = abs(state.approach)
     distance = (surface.samples - disc.base) / disc.scales.displacement - state.approach
+    if disc.loading.beside is not None:
+        raised = disc.loading.beside.distance_at(all_x[None, :], all_y[:, None])
+        distance = distance + raised / disc.scales.displacement
     iy, ix = np.nonzero((distance < highest) & ~near_contact[np.ix_(row, column)])
     if not iy.size:
         return None
@@ -167,11 +170,11 @@ def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
     """Undeformed distance on a grid one element wider: known, or extrapolated from the samples."""
     surface = disc.surface
     if not isinstance(surface, SampledDistance):
-        return undeformed_distance(surface, disc.hertz, grid)
+        return disc.undeformed_distance(grid)
     if surface.x is not None:
         left, right, bottom, top = surface.box
         if grid.x[0] >= left and grid.x[-1] <= right and grid.y[0] >= bottom and grid.y[-1] <= top:
-            return surface.distance(grid)
+            return disc.undeformed_distance(grid)
     # extrapolated: quadratic, or of few layers linear or constant
     distance = disc.distance
     axes = [0, 1]

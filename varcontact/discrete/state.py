@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
-from varcontact.discrete.discretisation import Discretisation, Subgrid, undeformed_distance
+from varcontact.discrete.discretisation import Discretisation, Subgrid
 from varcontact.discrete.problems import NormalProblem
 from varcontact.elasticity.of_scenes import FREE_DEPTH
 from varcontact.reference.line_contact import line_contact
@@ -110,7 +110,7 @@ def divided(disc: Discretisation, cells: Cells) -> Discretisation:
     beyond.
     """
     grid = disc.grid.divided(cells)
-    distance = undeformed_distance(disc.surface, disc.hertz, grid, beyond=max(disc.grid.sides) / 2)
+    distance = disc.undeformed_distance(grid, beyond=max(disc.grid.sides) / 2)
     operators = disc.operators.of(disc.operators.medium, disc.lattice.divided(cells))
     return replace(disc, grid=grid, distance=distance, operators=operators, subgrid=None)
 

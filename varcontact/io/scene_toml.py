@@ -32,6 +32,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.surface_load import SurfaceLoad
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
@@ -74,6 +75,7 @@ PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
     "layers": Layer,
     "carried": Carried,
     "grid": Grid,
+    "loads": SurfaceLoad,
     "thermal": Thermal,
     "third_body": ThirdBody,
     "units": Units,

@@ -415,6 +415,7 @@ def unit_shifts(disc: Discretisation) -> np.ndarray:
     units = [replace(motion, **{**still, name: 1.0}) for name in names]
     if disc.grid.line:
         units = units[:2]
+    disc = disc.with_loading(beside=None)
     return np.array([disc.with_loading(motion=unit).rigid_shift.reshape(2, -1) for unit in units])
 
 

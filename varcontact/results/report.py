@@ -103,10 +103,15 @@ def _normal_load(sol: Solution) -> Rows:
         peak = with_bar(sol.error_estimate.values["peak_pressure"], bars["peak_pressure"])
     load = with_bar(sol.normal_force, bars["normal_force"]) + _unit(sol, "force")
     approach = _displacement(sol, sol.approach, bars["approach"])
-    return [
+    rows = [
         ("normal force", f"{load}, largest pressure {peak}{_unit(sol, 'pressure')}"),
         ("approach", approach),
     ]
+    if sol.scene.loads:
+        forces = np.sum([each.force for each in sol.scene.loads], axis=0)
+        words = ", ".join(f"{force:.6g}" for force in forces)
+        rows.append(("loads beside", f"Fx, Fy, Fz = {words}{_unit(sol, 'force')}"))
+    return rows
 
 
 def _rigid_motion(sol: Solution) -> str:

@@ -392,7 +392,8 @@ class Solution(Reported):
         change the elastic energy.
         """
         # each element has its frame
-        if self.scene.conformal or getattr(self.motion, "rigid_slip", None) is not None:
+        by_element = getattr(self.motion, "rigid_slip", None) is not None
+        if self.scene.conformal or by_element or self.scene.loaded:
             vx, vy, spin = self.creepage
             x, y = np.meshgrid(self.grid.x, self.grid.y)
             disc = discretise(self.scene, self.grid)

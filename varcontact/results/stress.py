@@ -15,7 +15,7 @@ from varcontact.elasticity.layered_field import (
     layered_field_at,
     layered_field_below,
 )
-from varcontact.elasticity.subsurface import element_stresses, field_at, field_below
+from varcontact.elasticity.subsurface import ElasticField, element_stresses, field_at, field_below
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, Layered
@@ -310,13 +310,37 @@ class BodyField:
 
     def at(self, points: np.ndarray) -> Any:
         """The field at points (3, n)."""
-        compute = layered_field_at if self.layered else field_at
-        return compute(points, self.solution.grid, self.tractions, **self.constants)
+        field = self._at(points, self.solution.grid, self.tractions)
+        return self._with_loads_beside(field, points)
 
     def below(self, depths: np.ndarray) -> Any:
         """The field at depths (n,) below all elements."""
+        grid = self.solution.grid
         compute = layered_field_below if self.layered else field_below
-        return compute(depths, self.solution.grid, self.tractions, **self.constants)
+        field = compute(depths, grid, self.tractions, **self.constants)
+        z, y, x = np.meshgrid(depths, grid.y, grid.x, indexing="ij")
+        return self._with_loads_beside(field, np.stack([x.ravel(), y.ravel(), z.ravel()]))
+
+    def _at(self, points: np.ndarray, grid: Grid, tractions: np.ndarray) -> ElasticField:
+        """The field at points (3, n) by tractions on a grid."""
+        compute = layered_field_at if self.layered else field_at
+        return compute(points, grid, tractions, **self.constants)
+
+    def _with_loads_beside(self, field: ElasticField, points: np.ndarray) -> ElasticField:
+        """A field at points (3, n) with that of loads beside the contact."""
+        displacement = field.displacement
+        gradient = field.gradient
+        stress = field.stress
+        for load in self.solution.scene.loads or ():
+            if load.body not in ("both", NAMES[self.side - 1]):
+                continue
+            signs = {1: [1.0, 1.0, 1.0], 2: [-1.0, -1.0, 1.0]}
+            tractions = load.parts * np.array(signs[self.side])[:, None, None]
+            added = self._at(points, load.grid, tractions)
+            displacement = displacement + added.displacement.reshape(displacement.shape)
+            gradient = gradient + added.gradient.reshape(gradient.shape)
+            stress = stress + added.stress.reshape(stress.shape)
+        return ElasticField(displacement, gradient, stress)
 
     def of_element(self, x: np.ndarray, y: np.ndarray, depth: float, grid: Grid) -> np.ndarray:
         """Stresses (3 tractions, 3, 3, y, x) by unit tractions on one element of a grid, at

@@ -167,6 +167,11 @@ class Bodies(Checked):
         return 0.0
 
     @property
+    def softest(self) -> Bodies:
+        """Half-spaces that give way at least as much as these bodies: these."""
+        return self
+
+    @property
     def coupled(self) -> bool:
         """True where pressure and tractions depend on each other (K != 0)."""
         return self.K != 0

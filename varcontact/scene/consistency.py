@@ -77,6 +77,7 @@ def check(scene: Scene) -> None:
     _check_by_element(scene)
     _check_depth(scene, problems)
     _check_third_body(scene)
+    _check_loads(scene)
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:
@@ -454,8 +455,15 @@ def _moves(scene: Scene, problems: list[_Problem], i: int) -> bool:
         start = scene.motion.start
         if np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()):
             return True
+    if _is_moved_by_loads(scene, i):
+        return True
     motions = [motion for _, _, _, motion in problems if motion is not None]
     return any((motion.Fx, motion.Fy)[i] or motion.rigid[i] for motion in motions)
+
+
+def _is_moved_by_loads(scene: Scene, i: int) -> bool:
+    """Loads beside the contact shift it along the direction i."""
+    return any(load.acts(i) or (i == 0 and load.acts_alone) for load in scene.loads or ())
 
 
 def _check_depth_along(scene: Scene, problems: list[_Problem], i: int) -> None:
@@ -507,3 +515,37 @@ def _check_third_body(scene: Scene) -> None:
             layer.k_tau,
             '0, or grid.edge "centres" and slip_difference "first-order"',
         )
+
+
+def _check_loads(scene: Scene) -> None:
+    """Loads beside the contact are those of elastic bodies that meet on a plane, and act on one
+    that gives way.
+    """
+    if scene.loads is None:
+        return
+    bodies = scene.bodies
+    bedded = isinstance(bodies, BodyPair) and bodies.bedded
+    if bodies.relaxes or bedded or scene.conformal:
+        allowed = "left out: they are for elastic bodies that meet on a plane, and no beddings"
+        raise SceneError("loads", scene.loads, allowed)
+    if isinstance(scene.surface, Ellipse) and scene.raised:
+        allowed = "Paraboloids: beside loads the contact is no ellipse"
+        raise SceneError("surface", scene.surface, allowed)
+    for k, load in enumerate(scene.loads):
+        if (load.y is None) != scene.line:
+            allowed = "given: two numbers, from and to"
+            if scene.line:
+                allowed = "left out in line contact, where nothing depends on y"
+            raise SceneError(f"loads[{k}].y", load.y, allowed)
+        if load.body in _rigid_bodies(bodies):
+            raise SceneError(f"loads[{k}].body", load.body, "a body that is not rigid")
+
+
+def _rigid_bodies(bodies: Bodies | BodyPair) -> list[str]:
+    """Names of those that do not give way."""
+    surfaces = bodies
+    if isinstance(bodies, BodyPair):
+        surfaces = bodies.surfaces
+    assert isinstance(surfaces, Bodies)
+    moduli = dict(zip(("upper", "lower"), surfaces.pairs[0], strict=True))
+    return [name for name, G in moduli.items() if math.isinf(G)]

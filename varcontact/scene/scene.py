@@ -5,6 +5,7 @@ made.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import (
@@ -33,6 +34,7 @@ from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Edge, Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
+from varcontact.scene.surface_load import SurfaceLoad, as_loads
 from varcontact.scene.surfaces import (
     Ellipse,
     Paraboloids,
@@ -70,6 +72,7 @@ class _Entries(TypedDict, total=False):
     third_body: ThirdBody | None
     thermal: Thermal | tuple[Thermal, Thermal] | None
     grid: Grid | Literal["auto"]
+    loads: SurfaceLoad | Sequence[SurfaceLoad] | None
     units: Units | None
 
 
@@ -108,6 +111,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         for an accuracy, 1 % if none is given; where that cannot be (see
         `solve`), 24 elements across the contact either way, 100 in line
         contact.
+    loads : SurfaceLoad or sequence of SurfaceLoad, optional
+        Tractions that are prescribed beside the contact.
     units : Units, optional
         Names of the units, for reports, files and pictures.
 
@@ -146,6 +151,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     thermal: tuple[Thermal, Thermal] | None = None
     motion: MotionT_co = _NO_MOTION
     grid: Grid | Literal["auto"] = "auto"
+    loads: tuple[SurfaceLoad, ...] | None = None
     units: Units | None = None
 
     if TYPE_CHECKING:  # without a motion it is a Scene[None]
@@ -161,6 +167,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         set_(self, "bodies", as_bodies(self.bodies))
+        set_(self, "loads", as_loads(self.loads))
         thermal: Any = self.thermal
         if isinstance(thermal, list | tuple):
             set_(self, "thermal", tuple(thermal))
@@ -196,6 +203,19 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     def force_is_sum(self) -> bool:
         """True where a prescribed normal force is the sum of the pressures: on a plane."""
         return self.normal_force is None or not self.conformal
+
+    @property
+    def loaded(self) -> bool:
+        """True where tractions act beside the contact."""
+        return any(load.loaded.any() for load in self.loads or ())
+
+    @property
+    def raised(self) -> bool:
+        """True where loads beside the contact change the undeformed distance."""
+        along = [2]
+        if self.bodies.coupled:
+            along = [0, 1, 2]
+        return any(load.acts(*along) or load.acts_alone for load in self.loads or ())
 
     @property
     def conformal(self) -> bool:
@@ -309,6 +329,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         surface = self.surface
         approach = self.approach
         if not isinstance(bodies, Bodies) or isinstance(surface, SampledDistance):
+            return None
+        if self.raised:
             return None
         if not self.normal_force and (approach is None or approach <= 0):
             return None  # a step without contact, or loads of the steps alone

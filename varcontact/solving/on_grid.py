@@ -25,7 +25,6 @@ from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
-from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
@@ -295,7 +294,6 @@ def place(
         return known, None
     if isinstance(surface, SampledDistance):
         return _coarse_search(scene, surface, solver)
-    assert isinstance(scene.bodies, BodyPair)
     if isinstance(surface, Cylinders) and scene.approach is not None:
         half = math.sqrt(2 * surface.R * scene.approach)
         return known.spread((-half, half, -math.inf, math.inf)), None
@@ -470,6 +468,7 @@ def finish(
     """
     plan = solver.plan
     _check_rounding(disc, state)
+    contact_grid.check_loads(scene, disc.grid, state.pressure > 0, "contact")
     if plan.has_friction:
         disc = with_implied_fields(disc, state, by_slip=True)
 

@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from varcontact.checks import Checked, choice, kind
-from varcontact.discrete.contact_grid import PotentialContact
+from varcontact.discrete.contact_grid import PotentialContact, check_loads
 from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
@@ -249,6 +249,9 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
         raise SceneError("motion", scene.motion, allowed)
     _check_solvers(scene, methods)
     grid = PotentialContact.of(scene)
+    if grid.form.explicit:
+        everywhere = np.ones(grid.form.shape, dtype=bool)
+        check_loads(scene, grid.form, everywhere, "potential contact")
 
     # the methods, each with its reason
     preset = _preset(scene, methods)
@@ -407,6 +410,8 @@ def why_not_hertz(scene: Scene) -> str:
         return "is for half-spaces, Bodies(G, nu)"
     if scene.coupled and not scene.frictionless:
         return f"ignores tangential tractions, and here there is friction and {scene.difference}"
+    if scene.raised:
+        return "is for surfaces without loads beside the contact"
     return ""
 
 
@@ -599,7 +604,8 @@ def own_image(scene: Scene) -> bool:
     placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
     if not placed or scene.line or scene.hertz is None or not isinstance(motion, (Steady, Shift)):
         return False
-    if scene.coupled or isinstance(scene.friction, np.ndarray | FrictionBound):
+    by_element = isinstance(scene.friction, np.ndarray | FrictionBound)
+    if any((scene.coupled, scene.loaded, by_element)):
         return False
     along_x, along_y, about_z = motion.rigid
     straight = along_y == about_z == 0 and motion.Fy is None

@@ -24,6 +24,7 @@ from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
 from varcontact.discrete.stick_slip import STICK, ContactResponse, unit_slip
+from varcontact.elasticity.beside import LoadsBeside, loads_beside
 from varcontact.elasticity.of_scenes import FREE_DEPTH, medium_of, medium_on
 from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium, moved, relaxed
@@ -268,7 +269,10 @@ class TimeStepping:
         if before is None:
             return scene, step
         left = step_before(before, step, heated)
-        step = step.with_loading(arrived=step.interface.arrive(left, step.surroundings))
+        step = step.with_loading(
+            arrived=step.interface.arrive(left, step.surroundings),
+            beside_before=self._beside(before.scene),
+        )
         fields = before.traction
         if disc.K != 0:
             fields = np.concatenate([before.traction, before.pressure[None]])
@@ -282,6 +286,12 @@ class TimeStepping:
         if before.memory is not None:
             carried = self._with_memory(carried, motion, before)
         return scene, step.with_loading(previous_step=carried)
+
+    def _beside(self, scene: Scene) -> LoadsBeside | None:
+        """Loads beside the contact in the scene of a step."""
+        if scene.loads is self.scene.loads:
+            return self.disc.loading.beside
+        return loads_beside(scene, self.disc.scales.length)
 
     def _scene_of_step(self, k: int, before: Solution | None) -> Scene:
         """Step k by itself, with the motion that a control gives it."""

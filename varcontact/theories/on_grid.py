@@ -64,6 +64,8 @@ def _why_not_contact(scene: Scene) -> str:
         return "it is for half-spaces, and the bodies are none"
     if scene.third_body is not None:
         return "it is for bodies that touch, and there is a third body"
+    if scene.loaded:
+        return "it is for bodies without loads beside the contact"
     if scene.bodies.coupled:
         return f"it is for quasi-identical bodies (K = 0), and K is {scene.bodies.K:.3g}"
     sampled = any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
