@@ -250,7 +250,7 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
     _check_solvers(scene, methods)
     grid = PotentialContact.of(scene)
     if grid.form.explicit:
-        everywhere = np.ones(grid.form.shape, dtype=bool)
+        everywhere = np.broadcast_to(True, grid.form.shape)
         check_loads(scene, grid.form, everywhere, "potential contact")
 
     # the methods, each with its reason
