@@ -1,26 +1,33 @@
 """Scenes from the input files of CONTACT, module 3: basic contacts, Hertzian or not.
 
 The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech
-CMCC report 20-01, chapters 2 and 4 and appendix A). Lengths are in mm, forces
-in N.
+CMCC report 20-01, chapters 2 and 4 and appendix A), see `contact_grammar`.
+Lengths are in mm, forces in N.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io import contact_words as words
-from varcontact.reference.hertz import hertz_ellipse
-from varcontact.scene.bodies import Bodies
-from varcontact.scene.friction import ExponentialFalling, Law, LinearFalling, RationalFalling
-from varcontact.scene.grid import Grid
+from varcontact.io.contact_cases import CaseInput, read_cases
+from varcontact.io.contact_elements import (
+    distance_of,
+    elements_of,
+    hertzian,
+    mirrored,
+    ringed,
+    sampled,
+)
+from varcontact.io.contact_material import bodies_of, friction_of, layer_of, thermal_of
+from varcontact.io.contact_words import Group, located
+from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids
@@ -30,20 +37,89 @@ from varcontact.scene.units import MM_N
 NO_MOTION, SHIFT, TRANSIENT, STEADY = range(4)
 CONVEX_GS = 2
 """The control digit G of the one solver of CONTACT that takes any DQ in steady rolling."""
-LAWS: dict[int, tuple[str, type[Any]]] = {
-    2: ("FLIN", LinearFalling),
-    3: ("FRAT", RationalFalling),
-    4: ("FEXP", ExponentialFalling),
-}
+FASTSIM = {2: "fastsim-elliptic", 3: "fastsim"}
+"""Theories of M = 2 and 3 by the digit B."""
 
-Case = dict[str, Any]
-"""What a case has, and the next may keep: "group", "digits", "solver" (G), "kinematics",
-"friction", "rolling" (direction, dq and speed), "bodies", "potential" and "distance"
-(`words.Given`), "grid", "row" (`words.Row` or None) and "surface"."""
+
+@dataclass(frozen=True, eq=False)
+class ContactCase:
+    """A case of an input file of CONTACT.
+
+    Attributes
+    ----------
+    number, line : int
+        Of the case in the file, from 1, and of its first line.
+    element : tuple of int
+        The result element that it belongs to, where one is given.
+    scene : Scene or None
+        None where it cannot be had here.
+    reason : str
+        Why not, with line and digit; empty where there is a scene.
+    methods : dict
+        Arguments of `solve` with which it is solved as CONTACT does.
+    mirrored : bool
+        Whether the scene is the case with x to -x: steady rolling towards
+        negative x.
+    before : ContactCase or None
+        The case whose tractions it goes on from.
+    force_parts : tuple of float or None
+        Fx and Fy as parts of the normal force, where that is not known before
+        the pressure is.
+    """
+
+    number: int
+    line: int
+    element: tuple[int, ...] = ()
+    scene: Scene | None = None
+    reason: str = ""
+    methods: dict[str, Any] = field(default_factory=dict)
+    mirrored: bool = False
+    before: ContactCase | None = None
+    force_parts: tuple[float | None, float | None] | None = None
+
+
+class ContactInput(Sequence[Scene]):
+    """The scenes of an input file of CONTACT, and all of its cases.
+
+    Attributes
+    ----------
+    cases : tuple of ContactCase
+        In the order of the file, but for those that it skips.
+    path : str
+    """
+
+    def __init__(self, path: str, cases: Sequence[ContactCase]) -> None:
+        self.path = path
+        self.cases = tuple(cases)
+        self._scenes = _scenes(cases)
+
+    @overload
+    def __getitem__(self, k: int) -> Scene: ...
+    @overload
+    def __getitem__(self, k: slice) -> list[Scene]: ...
+    def __getitem__(self, k: int | slice) -> Scene | list[Scene]:
+        return self._scenes[k]
+
+    def __len__(self) -> int:
+        return len(self._scenes)
+
+    @property
+    def left_out(self) -> tuple[ContactCase, ...]:
+        """The cases that have no scene, each with its reason."""
+        return tuple(case for case in self.cases if case.reason)
+
+    def __str__(self) -> str:
+        """A report: how many cases there are, and why some have no scene."""
+        lines = [f"{self.path}: {len(self.cases)} cases, {len(self.left_out)} of them left out"]
+        lines += [f"case {case.number}: {case.reason}" for case in self.left_out]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"ContactInput({self.path!r}, {len(self.cases)} cases)"
 
 
 @checks.named_options()
-def read_contact_input(path: str | Path) -> list[Scene]:
+def read_contact_input(path: str | Path, *, strict: bool = True) -> ContactInput:
     """The cases of an input file of CONTACT, module 3, as scenes on the same elements.
 
     A sequence of cases that continue each other (P = 0 after a shift or
@@ -55,11 +131,16 @@ def read_contact_input(path: str | Path) -> list[Scene]:
     ----------
     path : str or Path
         A file ``<experiment>.inp``.
+    strict : bool
+        Whether a case that has no counterpart here is an error. If False, it is
+        left out, and so are those that go on from it; `ContactInput.left_out`
+        and ``print`` tell which, and why.
 
     Returns
     -------
-    list of Scene
-        With explicit grids, in mm and N.
+    ContactInput
+        A sequence of scenes with explicit grids, in mm and N; `cases` has them
+        one by one, with the methods that CONTACT solves them by.
 
     Raises
     ------
@@ -72,7 +153,8 @@ def read_contact_input(path: str | Path) -> list[Scene]:
     -----
     Undeformed distances (IBASE) are sampled at the centres of the elements, as CONTACT does.
     Hertzian contacts (IPOTCN < 0) stay Hertzian: `solve` gives them Hertz's pressure, as B = 2
-    does, unless ``normal`` is another method.
+    does, unless ``normal`` is another method. One row of elements (MY = 1) has a row without
+    contact on each side; steady rolling towards negative x is mirrored.
 
     Examples
     --------
@@ -103,354 +185,450 @@ slip_difference='first-order', speed=None)
     'Fy = -15000 N'
     >>> folder.cleanup()
     """
-    lines = words.Lines(checks.file_name("path", path))
-    wheel = (
-        "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, "
-        "and `varcontact wheelrail` solves it"
-    )
-    cases: list[Case] = []
-    case = Case()
-    for _ in words.modules(lines, 3, "basic contact", {1: wheel}):
-        case = _case(lines, case)
-        if case["digits"]["R"] == 1:
-            cases.append(case)
+    file = checks.file_name("path", path)
+    inputs, error = read_cases(file)
+    cases = cases_of(inputs, strict)
+    if error is not None:
+        if strict or not inputs:
+            raise error
+        number = len(inputs) + 1
+        cases.append(ContactCase(number, 0, reason=f"{error}; what follows is not read"))
     if not cases:
         raise SceneError(
             "path", str(path), message=f"{path} holds no case that is to be calculated"
         )
-    scenes = []
+    return ContactInput(str(path), cases)
+
+
+def cases_of(inputs: Sequence[CaseInput], strict: bool) -> list[ContactCase]:
+    """All cases that are to be calculated, as scenes."""
+    made: dict[int, _Case] = {}
+    cases: list[ContactCase] = []
+    for given in inputs:
+        before = None if given.before is None else made.get(given.before.number)
+        case = _Case(given, before)
+        made[given.number] = case
+        try:
+            case.make()
+        except SceneError as error:
+            if strict:
+                raise
+            case.reason = str(error)
+        if given.calculated:
+            case.result = case.contact_case()
+            cases.append(case.result)
+    return cases
+
+
+class _Case:
+    """A case on its way to a scene, and what the next one keeps of it."""
+
+    def __init__(self, given: CaseInput, before: _Case | None) -> None:
+        self.given = given
+        self.before = before
+        self.controls = given.controls
+        self.entries = given.entries
+        self.reason = ""
+        self.result: ContactCase | None = None
+        self.scene: Scene | None = None
+        self.methods: dict[str, Any] = {}
+        self.mirrored = False
+        self.continues: ContactCase | None = None
+        self.force_parts: tuple[float | None, float | None] | None = None
+        # direction, step and velocity; a shift lasts a second
+        self.rolling = (1, 0.0, 1.0)
+        self.spin_offset: float | None = None
+
+    def contact_case(self) -> ContactCase:
+        """The result."""
+        return ContactCase(
+            number=self.given.number,
+            line=self.given.group.line,
+            element=self.given.element,
+            scene=None if self.reason else self.scene,
+            reason=self.reason,
+            methods=self.methods,
+            mirrored=self.mirrored,
+            before=self.continues,
+            force_parts=self.force_parts,
+        )
+
+    def make(self) -> None:
+        """Make the scene; a `SceneError` says what has no counterpart."""
+        if self.given.module != 3:
+            why = (
+                "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, "
+                "and `varcontact wheelrail` solves it"
+            )
+            self.given.group.refuse("MODULE", self.given.module, why)
+        self.controls.check_supported()
+        self.bodies = bodies_of(self.given)
+        self._roll()
+        self._place()
+        if self._steps_by_elements:
+            direction, _, velocity = self.rolling
+            # kept by the next case
+            self.rolling = (direction, self.grid.sides[0], velocity)
+        if not self.given.calculated:
+            return
+        self._choose_methods()
+        scene = self._scene()
+        if self.rolling[0] < 0 and self.controls["TANG"] == STEADY:
+            scene = mirrored(scene)
+            self.mirrored = True
+        if 1 in (self.grid.nx, self.grid.rows):
+            scene = ringed(scene)
+        self.scene = scene
+
+    @property
+    def _steps_by_elements(self) -> bool:
+        """True where CONTACT steps by DX, whatever DQ says: in steady rolling, but for one
+        solver.
+        """
+        solver = self._kept_solver()
+        steady = self.controls["TANG"] == STEADY and self.given.calculated
+        return steady and solver != CONVEX_GS
+
+    def _kept_solver(self) -> int:
+        """The solver of the digit G, or of the case from which it is kept."""
+        case: _Case | None = self
+        while case is not None and case.controls["GAUSEI"] == 1:
+            case = case.before
+        return 0 if case is None else case.controls["GAUSEI"]
+
+    def _roll(self) -> None:
+        """Direction, step and velocity of rolling, given or kept."""
+        if not self.controls.rolls:
+            return
+        if "rolling" not in self.given.given:
+            if self.before is None or not self.before.controls.rolls:
+                why = "needs CHI, DQ and VELOC, which the case before does not give: use C = 2"
+                self.controls.complain("TANG", why)
+            self.rolling = self.before.rolling
+            self.spin_offset = self.before.spin_offset
+            return
+        group: Group = self.entries["rolling"]
+        angle = group.angle(0)
+        dq = group.number(1)
+        velocity = group.number(2)
+        for direction in (1, -1):
+            if abs(np.cos(angle) - direction) < 1e-3 and dq > 0 and velocity > 0:
+                self.rolling = (direction, dq, velocity)
+                break
+        else:
+            allowed = "must be 0 or 180d, and two positive numbers"
+            group.refuse("CHI, DQ, VELOC", (angle, dq, velocity), allowed)
+        if group.optional:
+            self.spin_offset = group.option(0, 0.0)
+
+    def _place(self) -> None:
+        """Elements and undeformed distance."""
+        kind, _ = self.given.needs("elements", "DISCNS", "the elements", "D = 2")
+        (ipotcn,) = kind.integers()
+        bound = self.controls["BOUND"]
+        if ipotcn < -3:
+            supported = "-1, -2, -3, 1, 2, 3, 4"
+            kind.refuse("IPOTCN", ipotcn, f"is not supported; supported: {supported}")
+        if bound >= 2 and ipotcn > 0:
+            self.controls.complain("BOUND", "needs a Hertzian contact, IPOTCN < 0")
+        if ipotcn > 0:
+            self.grid = elements_of(self.given)
+            self.given.needs("distance", "RZNORM", "an undeformed distance", "Z = 2")
+            h = distance_of(self.given, self.grid)
+            with located(self.entries["distance"][0]):
+                self.surface: Any = sampled(h, self.grid, **self._inclination())
+            return
+        if self.controls["INFLCF"] == 4:
+            kind.refuse("IPOTCN", ipotcn, "of a conformal contact is not supported")
+        if self._keeps_hertz(ipotcn):
+            assert self.before is not None
+            self.surface, self.grid = self.before.surface, self.before.grid
+            return
+        self.surface, self.grid = hertzian(self.given, self.bodies, self._load())
+
+    def _keeps_hertz(self, ipotcn: int) -> bool:
+        """True where the elements are those of the case before, and so is the surface."""
+        before = self.before
+        if self.controls["DISCNS"] != 0 or before is None or not hasattr(before, "grid"):
+            return False
+        same = (before.bodies, before._load()) == (self.bodies, self._load())
+        if ipotcn == -3 and not same:
+            why = "keeps the semi-axes for another load or material, which is not clear: use D = 2"
+            self.controls.complain("DISCNS", why)
+        return True
+
+    def _inclination(self) -> dict[str, Any]:
+        """Angles of the rows in conformal contact."""
+        if "conformal" not in self.entries or self._kept_influence() != 4:
+            return {}
+        head, pairs = self.entries["conformal"]
+        if head.integers()[1] != 4:
+            why = "is not reciprocal, and not supported; supported: 4"
+            head.refuse("VARIANT", head.integers()[1], why)
+        places = [pairs.angle(k) for k in range(0, len(pairs.values), 2)]
+        angles = [pairs.angle(k) for k in range(1, len(pairs.values), 2)]
+        if np.any(np.diff(places) <= 0):
+            pairs.refuse("Y", places[0], "does not ascend in the surface's inclinations")
+        return {"inclination": np.interp(self.grid.y, places, angles)}
+
+    def _kept_influence(self) -> int:
+        case: _Case | None = self
+        while case is not None and case.controls["INFLCF"] <= 1:
+            case = case.before
+        return 0 if case is None else case.controls["INFLCF"]
+
+    def _load(self) -> dict[str, float]:
+        load = self.entries["kinematics"].number(0)
+        if self.controls["NORM"] == 0:
+            return {"approach": load}
+        return {"normal_force": load}
+
+    def _choose_methods(self) -> None:
+        """The methods of `solve` by which CONTACT solves it."""
+        bound = self.controls["BOUND"]
+        material = self.controls["MATER"]
+        if isinstance(self.surface, Ellipse | Paraboloids) and bound == 0:
+            self.methods["normal"] = "newton"
+        if bound == 2 and self.bodies.coupled:
+            why = "with unlike bodies is not supported: here their tractions change the pressure"
+            self.controls.complain("BOUND", why)
+        if bound == 4:
+            self.controls.complain("BOUND", "is not supported: pressures cannot be given")
+        if material in (2, 3, 5):
+            self._choose_theory(bound, material)
+        elif bound == 3:
+            why = "is for the simplified theory, M = 2 or 3, and M is another"
+            self.controls.complain("BOUND", why)
+
+    def _choose_theory(self, bound: int, material: int) -> None:
+        """FASTSIM or FaStrip, for which bodies are half-spaces here."""
+        if bound not in FASTSIM:
+            why = "is not supported: simplified theory here has Hertz's contact, B = 2 or 3"
+            self.controls.complain("MATER", why)
+        if material == 2:
+            self.controls.complain(
+                "MATER", "is not supported: FASTSIM here has three flexibilities"
+            )
+        slope = self.given.needs("slope", "MATER", "slopes", "C = 2")
+        if slope.numbers()[:2] != [1.0, 1.0]:
+            slope.refuse("K0_MF, ALFAMF", slope.numbers()[:2], "is not supported; supported: 1, 1")
+        self.methods["tangential"] = "fastrip" if material == 5 else FASTSIM[bound]
+
+    def _scene(self) -> Scene:
+        """The case alone; one that goes on from another begins without tractions."""
+        controls = self.controls
+        tang = controls["TANG"]
+        parts: dict[str, Any] = {"bodies": self.bodies, "surface": self.surface, "grid": self.grid}
+        parts["units"] = MM_N
+        parts["third_body"] = layer_of(self.given)
+        parts["thermal"] = thermal_of(self.given)
+        if tang == NO_MOTION:
+            if self.bodies.relaxes:
+                controls.complain("TANG", "with viscoelastic bodies needs steady rolling, T = 3")
+            return self._made(parts | self._load())
+        self._check_continued()
+        friction = friction_of(self.given, self.rolling[2], self.grid)
+        rigid = self._rigid(friction)
+        if tang == STEADY:
+            return self._made(
+                parts | self._load() | {"friction": friction, "motion": self._steady(rigid)}
+            )
+        if tang == SHIFT and self.continues is None:
+            return self._made(
+                parts | self._load() | {"friction": friction, "motion": Shift(**rigid)}
+            )
+        direction, dq, _ = self.rolling
+        if tang == SHIFT:
+            direction, dq = 1, 0.0
+        if isinstance(self.surface, Ellipse):  # whose curvatures must not change with the load
+            contact = Scene(bodies=self.bodies, surface=self.surface, **self._load()).hertz
+            assert contact is not None
+            parts["surface"] = Paraboloids(Rx=contact.Rx, Ry=contact.Ry)
+        offset = {} if self.spin_offset is None else {"spin_offset": self.spin_offset}
+        motion = Transient(
+            steps=1,
+            dq=[dq],
+            direction=[direction],
+            **offset,
+            friction=[friction] if not isinstance(friction, np.ndarray) else None,
+            **{name: [value] for name, value in (rigid | self._load()).items()},
+        )
+        if isinstance(friction, np.ndarray):
+            parts["friction"] = friction
+        return self._made(parts | {"motion": motion})
+
+    def _made(self, parts: dict[str, Any]) -> Scene:
+        with located(self.given.group):
+            return Scene(**parts)
+
+    def _steady(self, rigid: dict[str, Any]) -> Steady:
+        _, dq, velocity = self.rolling
+        more: dict[str, Any] = {"dq": dq, "spin_offset": self.spin_offset}
+        if self.bodies.relaxes or ("heat 1" in self.entries and self.controls["HEAT"]):
+            more["speed"] = velocity
+        if self.controls["EXRHS"] != 0:
+            (group,) = self.given.needs("extra slip", "EXRHS", "an extra rigid slip", "E = 9")
+            values = group.numbers()
+            if len(values) != 2 * self.grid.size:
+                self.controls.complain("EXRHS", "keeps the rigid slip of other elements")
+            if not hasattr(self.surface, "h"):
+                self.controls.complain("EXRHS", "needs a contact by its distance, IPOTCN > 0")
+            by_element = np.reshape(values, (*self.grid.shape, 2))
+            more["rigid_slip"] = np.moveaxis(by_element, -1, 0)
+        return Steady(**rigid, **more)
+
+    def _rigid(self, friction: Any) -> dict[str, Any]:
+        """Creepages or shifts by the names of the motion; FX and FY, which the file has as parts of
+        FSTAT FN, as forces.
+        """
+        group: Group = self.entries["kinematics"]
+        _, first, second, spin = group.numbers()
+        count = self.controls["FORCE"]
+        if len(group.optional) == 2:
+            x, y = group.option(0, 0.0), group.option(1, 0.0)
+            if count == 0:
+                first += spin * y
+            if count != 2:
+                second -= spin * x
+        along_x, along_y, about_z = ("vx", "vy", "spin")
+        if not self.controls.rolls:
+            along_x, along_y, about_z = ("ux", "uy", "rotation")
+        if self.controls["EXRHS"] != 0 and self.controls["TANG"] != STEADY:
+            self.controls.complain("EXRHS", "is not supported but in steady rolling, T = 3")
+        part = 1.0
+        if not isinstance(friction, np.ndarray) and self.controls["VARFRC"] == 0:
+            part = friction.static if isinstance(friction, Law) else friction
+        given: dict[str, Any] = {about_z: spin}
+        if count == 0:
+            return given | {along_x: first, along_y: second}
+        forces = (part * first, part * second if count == 2 else None)
+        if count == 1:
+            given[along_y] = second
+        normal = self._normal_force()
+        if normal is None:
+            self.force_parts = forces
+            return given
+        names = ("Fx", "Fy")[:count]
+        return given | {
+            name: each * normal
+            for name, each in zip(names, forces, strict=False)
+            if each is not None
+        }
+
+    def _normal_force(self) -> float | None:
+        """The normal force, where it is given or known by Hertz's formulas."""
+        load = self._load()
+        if "normal_force" in load:
+            return load["normal_force"]
+        if self.bodies.coupled:
+            why = (
+                "with N = 0 is not supported with unlike bodies: FX is a part of FSTAT FN, "
+                "and FN is not known; use N = 1"
+            )
+            self.controls.complain("FORCE", why)
+        return None
+
+    def _check_continued(self) -> None:
+        """Find the case from which this one goes on: P = 0 after a case that is calculated."""
+        if self.controls["TANG"] == STEADY or self.controls["PVTIME"] == 2:
+            return
+        before = self.before
+        while before is not None and not before.given.calculated:
+            before = before.before
+        if before is None:  # CONTACT begins anew in a first case
+            return
+        if self.controls["PVTIME"] == 1:
+            if self.bodies.coupled:
+                self.controls.complain("PVTIME", "is not supported with unlike bodies")
+            return
+        if before.reason:
+            self.controls.complain("PVTIME", f"continues case {before.given.number}, left out")
+        if before.bodies != self.bodies:
+            why = "continues a case with other material, which is not supported"
+            self.controls.complain("PVTIME", why)
+        self.continues = before.result
+
+
+def _scenes(cases: Sequence[ContactCase]) -> list[Scene]:
+    """The scenes of cases, those together that continue each other on the same elements."""
+    scenes: list[Scene] = []
     for sequence in _sequences(cases):
-        with words.located(sequence[0]["group"]):
-            scenes.append(_scene(sequence))
+        first = sequence[0]
+        if any(case.force_parts is not None or case.scene is None for case in sequence):
+            continue
+        if len(sequence) == 1:
+            if first.before is None:
+                scenes.append(first.scene)  # type: ignore[arg-type]
+            continue
+        scenes.append(_history([case.scene for case in sequence]))  # type: ignore[misc]
     return scenes
 
 
-def _case(lines: words.Lines, before: Case) -> Case:
-    group, problem, geometry, solution = words.control_digits(
-        lines, "PBTNFS", words.SUPPORTED, words.SUPPORTED
-    )
-    digits = problem | geometry | solution
-    case = {**before, "group": group, "digits": digits, "kinematics": _kinematics(lines, digits)}
-    if digits["L"] != 1:
-        case["friction"] = read_friction(lines, digits["L"])
-    if digits["G"] != 1:
-        case["solver"] = digits["G"]
-    if digits["T"] < TRANSIENT:  # CONTACT forgets how the case before rolled
-        case.pop("rolling", None)
-    if digits["C"] == 2:
-        if digits["T"] >= TRANSIENT:
-            case["rolling"] = _rolling(lines)
-        case["bodies"] = read_bodies(lines)
-    for letter, kept in (("C", "bodies"), ("L", "friction")):
-        if kept not in case:
-            group.refuse(
-                letter, digits[letter], "keeps what the case before has, and there is none"
-            )
-    if digits["T"] >= TRANSIENT and "rolling" not in case:
-        group.refuse(
-            "T (TANG)",
-            digits["T"],
-            "needs CHI, DQ and VELOC, which the case before does not give: use C = 2",
-        )
-    _place(lines, case, before)
-    if _steps_by_elements(case):
-        direction, _, velocity = case["rolling"]
-        # kept by the next case
-        case["rolling"] = (direction, case["grid"].dx, velocity)
-    words.skip_stresses(lines, digits["S"])
-    return case
-
-
-def _steps_by_elements(case: Case) -> bool:
-    """True where CONTACT steps by DX, whatever DQ says: in steady rolling, but for one solver."""
-    digits = case["digits"]
-    return digits["T"] == STEADY and digits["R"] == 1 and case.get("solver") != CONVEX_GS
-
-
-def _load(case: Case) -> dict[str, Any]:
-    """As `Scene` takes it; in a line contact by the length of the one row."""
-    load = case["kinematics"][0]
-    if case["digits"]["N"] == 0:
-        return {"approach": load}
-    return {"normal_force": load / (case["row"][1] if case["row"] else 1.0)}
-
-
-def _kinematics(lines: words.Lines, digits: dict[str, int]) -> tuple[float, float, float, float]:
-    names = ["PEN", "CKSI", "CETA", "CPHI"]
-    if digits["N"]:
-        names[0] = "FN"
-    if digits["F"]:
-        names[1] = "FX"
-    if digits["F"] == 2:
-        names[2] = "FY"
-    group = lines.group(*names)
-    load, first, second, spin = group.numbers()
-    if digits["F"] and digits["N"] == 0 and digits["T"] != NO_MOTION:
-        why = (
-            "with N = 0 is not supported: FX is a part of FSTAT FN, and FN is not known; use N = 1"
-        )
-        group.refuse("F (FORCE)", digits["F"], why)
-    centre = _spin_centre(group)
-    if centre is not None:
-        x, y = centre
-        if digits["F"] == 0:
-            first += spin * y
-        if digits["F"] != 2:
-            second -= spin * x
-    return load, first, second, spin
-
-
-def _spin_centre(group: words.Group) -> list[float] | None:
-    """SPINXO and SPINYO behind the kinematics, if these are two numbers."""
-    numbers = [words.number_of(word) for word in group.rest[:2]]
-    centre = [number for number in numbers if number is not None]
-    return centre if len(centre) == 2 else None
-
-
-def read_friction(lines: words.Lines, law: int) -> Callable[[float], float | Law]:
-    """The coefficient or law of the digit L, other than 1, at a rolling velocity."""
-    if law == 0:
-        group = lines.group("FSTAT", "FKIN")
-        static, kinetic = group.numbers()
-        if static != kinetic:
-            group.refuse(
-                "FKIN",
-                kinetic,
-                f"is not FSTAT = {static}; CONTACT supports one coefficient (its guide, 4.2)",
-            )
-        return lambda velocity: static
-    name, kind = LAWS[law]
-    group = lines.group("FKIN", f"{name}1", "SABSH1", f"{name}2", "SABSH2")
-    kinetic, first, half, second, _ = group.numbers()
-    if second != 0:
-        group.refuse(f"{name}2", second, "is not supported: a law here has one term; supported: 0")
-    distance, least = lines.group("MEMDST", "MEM_S0").numbers()
-    memory = {"memory_distance": distance, "memory_velocity": least} if distance > 0 else {}
-    return lambda velocity: kind(kinetic + first, kinetic, half, velocity, **memory)
-
-
-def read_bodies(lines: words.Lines) -> Bodies:
-    """The material of the digit C = 2."""
-    group = lines.group("POISS 1", "POISS 2", "GG 1", "GG 2")
-    nu1, nu2, G1, G2 = group.numbers()
-    with words.located(group):
-        return Bodies(G=(G1, G2), nu=(nu1, nu2))
-
-
-def _rolling(lines: words.Lines) -> tuple[int, float, float]:
-    group = lines.group("CHI", "DQ", "VELOC")
-    angle = group.angle(0)
-    dq = group.number(1)
-    velocity = group.number(2)
-    for direction in (1, -1):
-        if abs(np.cos(angle) - direction) < 1e-8 and dq > 0 and velocity > 0:
-            break
-    else:
-        group.refuse(
-            "CHI, DQ, VELOC", (angle, dq, velocity), "must be 0 or 180d, and two positive numbers"
-        )
-    if group.rest and words.number_of(group.rest[0]) is not None:
-        group.refuse(
-            "FACPHI", group.rest[0], "is not supported: spin is sampled at x + DQ/6; leave it out"
-        )
-    return direction, dq, velocity
-
-
-def _place(lines: words.Lines, case: Case, before: Case) -> None:
-    """Put elements and undeformed distance into a case, as they are given or kept."""
-    digits = case["digits"]
-    group = case["group"]
-    if digits["D"] == 2:
-        case["potential"] = _read_potential(lines)
-    if "potential" not in case:
-        group.refuse(
-            "D (DISCNS)", digits["D"], "keeps the elements of the case before, and there is none"
-        )
-    hertzian = case["potential"][1] < 0
-    if digits["B"] == 2 and not hertzian:
-        group.refuse("B (BOUND)", 2, "needs a Hertzian contact, IPOTCN < 0")
-    if digits["B"] == 2 and case["bodies"].K != 0:
-        group.refuse(
-            "B (BOUND)",
-            2,
-            "with unlike bodies is not supported: here their tractions change the pressure",
-        )
-    if hertzian:
-        _place_hertzian(case, before)
-    else:
-        _place_sampled(lines, case)
-
-
-def _read_potential(lines: words.Lines) -> words.Given:
-    """IPOTCN and its entries."""
-    kind = lines.group("IPOTCN")
-    (ipotcn,) = kind.integers()
-    if ipotcn not in words.POTENTIAL:
-        supported = ", ".join(map(str, words.POTENTIAL))
-        kind.refuse("IPOTCN", ipotcn, f"is not supported; supported: {supported}")
-    entries = lines.group(*words.POTENTIAL[ipotcn])
-    return entries, ipotcn, entries.numbers()
-
-
-def _place_sampled(lines: words.Lines, case: Case) -> None:
-    """Elements, and the undeformed distance at their centres."""
-    digits = case["digits"]
-    group = case["group"]
-    grid, row = words.elements(case["potential"])
-    if row is not None and digits["N"] == 0:
-        why = (
-            "with one row (MY = 1) is not supported: in plane strain PEN is not defined; use N = 1"
-        )
-        group.refuse("N (NORM)", 0, why)
-    same = grid == case.get("grid")
-    if digits["Z"] == 2:
-        case["distance"] = words.read_distance(lines, grid)
-    elif "distance" not in case:
-        group.refuse(
-            "Z (RZNORM)",
-            digits["Z"],
-            "keeps an undeformed distance, and no case before gives one: use Z = 2",
-        )
-    elif not same and (digits["Z"] == 0 or case["distance"][1] == 9):
-        group.refuse(
-            "Z (RZNORM)", digits["Z"], "keeps the undeformed distance of other elements: use Z = 2"
-        )
-    if not same or digits["Z"] != 0:
-        with words.located(case["distance"][0]):
-            case.update(grid=grid, row=row, surface=words.sampled(case["distance"], grid, row))
-
-
-def _hertzian_surface(
-    ipotcn: int, first: float, second: float, bodies: Bodies
-) -> Ellipse | Paraboloids:
-    """By semi-axes, by two curvatures, or by one and the ratio of the semi-axes."""
-    if ipotcn == -3:
-        return Ellipse(a=first, b=second)
-    A = checks.positive("A1", first)
-    if ipotcn == -2:
-        shape = hertz_ellipse(checks.positive("AOB", second), 1.0, bodies, force=1.0)
-        second = first * shape.Rx / shape.Ry
-    return Paraboloids(Rx=1 / (2 * A), Ry=1 / (2 * checks.positive("B1", second)))
-
-
-def _place_hertzian(case: Case, before: Case) -> None:
-    potential: words.Given = case["potential"]
-    entries, ipotcn, (mx, my, first, second, scale) = potential
-    bodies = case["bodies"]
-    with words.located(entries):
-        surface = _hertzian_surface(ipotcn, first, second, bodies)
-    case.update(row=None, surface=surface)
-    case.pop("distance", None)
-    if case["digits"]["D"] == 0:
-        if ipotcn == -3 and (before["bodies"], _load(before)) != (bodies, _load(case)):
-            why = "keeps the semi-axes for another load or material, which is not clear: use D = 2"
-            case["group"].refuse("D (DISCNS)", 0, why)
-        return
-    with words.located(entries):
-        contact = Scene(bodies=bodies, surface=surface, **_load(case)).hertz
-    if contact is None or scale <= 0:
-        entries.refuse("SCALE", scale, "with this load gives no potential contact")
-    nx, ny = words.counts(entries, mx, my)
-    a = contact.a * scale
-    b = contact.b * scale
-    with words.located(entries):
-        case["grid"] = Grid(nx=nx, ny=ny, dx=2 * a / nx, dy=2 * b / ny, x0=-a, y0=-b)
-
-
-def _sequences(cases: Sequence[Case]) -> list[list[Case]]:
-    """The cases, those together that continue each other."""
-    sequences: list[list[Case]] = []
+def _sequences(cases: Sequence[ContactCase]) -> Iterator[list[ContactCase]]:
+    sequence: list[ContactCase] = []
     for case in cases:
-        if case["digits"]["T"] not in (SHIFT, TRANSIENT) or case["digits"]["P"] != 0:
-            sequences.append([case])
-            continue
-        refuse = partial(case["group"].refuse, "P (PVTIME)", 0)
-        if not sequences or sequences[-1][-1]["digits"]["T"] not in (SHIFT, TRANSIENT):
-            why = "continues a case before, which must be a shift or transient rolling (T = 1 or 2)"
-            refuse(f"{why}; begin with P = 2, or give its solution as Transient(start=)")
-        first = sequences[-1][0]
-        if (case["grid"], case["bodies"]) != (first["grid"], first["bodies"]):
-            refuse("continues a case with other elements or material, which is not supported")
-        sequences[-1].append(case)
-    return sequences
+        follows = bool(sequence) and case.before is sequence[-1] and _joins(sequence[-1], case)
+        if sequence and not follows:
+            yield sequence
+            sequence = []
+        sequence.append(case)
+    if sequence:
+        yield sequence
 
 
-def _surfaces(sequence: list[Case]) -> list[Any] | None:
-    """Surfaces of all steps; None where they are one and the same."""
-    surfaces = [case["surface"] for case in sequence]
-    if all(surface is surfaces[0] for surface in surfaces):
-        return None
-    return surfaces
+def _joins(before: ContactCase, case: ContactCase) -> bool:
+    """True for steps of one history: a shift or a step in time, then a step, on one grid."""
+    if before.scene is None or case.scene is None:
+        return False
+    if not isinstance(before.scene.motion, Shift | Transient):
+        return False
+    return before.scene.grid == case.scene.grid
 
 
-def _scene(sequence: list[Case]) -> Scene:
-    case = sequence[0]
-    T = case["digits"]["T"]
-    load = _load(case)
-    parts: dict[str, Any] = {name: case[name] for name in ("bodies", "surface", "grid")}
-    parts["units"] = MM_N
-    if len(sequence) > 1 or T == TRANSIENT:
-        return Scene(**parts, motion=_history(sequence))
-    if T == NO_MOTION:
-        return Scene(**parts, **load)
-    if T == SHIFT:
-        # a shift lasts a second
-        return Scene(**parts, **load, friction=case["friction"](1.0), motion=Shift(**_rigid(case)))
-    direction, dq, velocity = case["rolling"]
-    if direction == -1:
-        why = (
-            "with T = 3 is not supported: steady rolling here is towards positive x; "
-            "mirror the case (x to -x)"
-        )
-        case["group"].refuse("CHI", "180d", why)
-    return Scene(
-        **parts, **load, friction=case["friction"](velocity), motion=Steady(dq=dq, **_rigid(case))
-    )
+STEP = ("vx", "vy", "spin", "ux", "uy", "rotation")
 
 
-def _rigid(case: Case) -> dict[str, Any]:
-    """Creepages or shifts by the names of the motion, and FX and FY, which the file has as parts of
-    FSTAT FN.
-    """
-    _, first, second, spin = case["kinematics"]
-    friction = case["friction"](1.0)
-    count = case["digits"]["F"]
-    static = friction.static if isinstance(friction, Law) else friction
-    limit = static * _load(case).get("normal_force", 0.0)
-    rolls = case["digits"]["T"] >= TRANSIENT
-    along_x, along_y, about_z = ("vx", "vy", "spin") if rolls else ("ux", "uy", "rotation")
-    given = {"Fx": limit * first} if count >= 1 else {along_x: first}
-    given |= {"Fy": limit * second} if count == 2 else {along_y: second}
-    return given | {about_z: spin}
-
-
-def _rolling_of(case: Case) -> tuple[int, float, float]:
-    """Direction, step and velocity; a shift lasts a second."""
-    if case["digits"]["T"] != TRANSIENT:
-        return 1, 0.0, 1.0
-    rolling: tuple[int, float, float] = case["rolling"]
-    return rolling
-
-
-def _history(sequence: list[Case]) -> Transient:
-    """Motion of cases that continue each other, a step for each."""
-    steps = [_rigid(case) | _load(case) for case in sequence]
-    rolling = [_rolling_of(case) for case in sequence]
-    friction = [
-        case["friction"](velocity) for case, (_, _, velocity) in zip(sequence, rolling, strict=True)
-    ]
-    rigid: dict[str, Any] = {
-        name: [step.get(name, 0.0) for step in steps]
-        for name in ("vx", "vy", "spin", "ux", "uy", "rotation")
-    }
+def _history(scenes: Sequence[Scene]) -> Scene:
+    """The scenes of single steps as one history."""
+    steps = [_step_of(scene) for scene in scenes]
+    motion: dict[str, Any] = {name: [step.get(name, 0.0) for step in steps] for name in STEP}
     for name in ("Fx", "Fy", "normal_force", "approach"):
         values = [step.get(name) for step in steps]
-        rigid[name] = None if set(values) == {None} else values
-    return Transient(
-        steps=len(sequence),
-        dq=[dq for _, dq, _ in rolling],
-        direction=[direction for direction, _, _ in rolling],
-        friction=friction,
-        surface=_surfaces(sequence),
-        **rigid,
+        motion[name] = None if set(values) == {None} else values
+    surfaces = [scene.surface for scene in scenes]
+    if all(_same(surface, surfaces[0]) for surface in surfaces):
+        surfaces = None  # type: ignore[assignment]
+    first = scenes[0]
+    offset = {}
+    if isinstance(scenes[-1].motion, Transient):
+        offset["spin_offset"] = scenes[-1].motion.spin_offset
+    motion |= {name: [step[name] for step in steps] for name in ("dq", "direction", "friction")}
+    return replace(
+        first,
+        normal_force=None,
+        approach=None,
+        friction=None,
+        motion=Transient(steps=len(steps), surface=surfaces, **motion, **offset),
     )
+
+
+def _same(surface: Any, other: Any) -> bool:
+    if surface is other:
+        return True
+    both = hasattr(surface, "h") and hasattr(other, "h")
+    return both and np.array_equal(surface.h, other.h)
+
+
+def _step_of(scene: Scene) -> dict[str, Any]:
+    """A shift, or a history of one step, by the entries of a step."""
+    motion = scene.motion
+    if isinstance(motion, Transient):
+        step = {
+            name: motion.of(name, 0) for name in (*STEP, "Fx", "Fy", "normal_force", "approach")
+        }
+        step |= {name: motion.of(name, 0) for name in ("dq", "direction", "friction")}
+        return step
+    assert isinstance(motion, Shift)
+    step = {name: getattr(motion, name) for name in ("ux", "uy", "rotation", "Fx", "Fy")}
+    load = {"normal_force": scene.normal_force, "approach": scene.approach}
+    return step | load | {"dq": 0.0, "direction": 1, "friction": scene.friction}

@@ -163,7 +163,10 @@ def _case(
             table |= {name.removeprefix(CURVED): value for name, value in entries.items()}
     if side is None and not patches and not _without_contact(lines[first:last]):
         patches = [values]
-    _check_patches(file, last, case, patches, announced)
+    if values or last == len(lines) or side is not None:
+        _check_patches(file, last, case, patches, announced)
+    else:  # nothing was asked for, O = 0, or its input stopped it
+        patches = []
     return ContactOutput(case, element, side, values, tuple(patches))
 
 

@@ -18,7 +18,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_words import MOST_BYTES, Group, counts, lattice, number_of, wrong_line
+from varcontact.io.contact_elements import ringed
+from varcontact.io.contact_words import MOST_BYTES, Group, lattice, number_of, wrong_line
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
@@ -90,13 +91,12 @@ class ContactResult:
     def moment(self) -> float:
         """MZ on body 1 about the origin of the grid [N mm]."""
         px, py = self.traction
-        row = self.values["YL"] + self.values["DY"] / 2
-        y = np.full((1, 1), row) if self.grid.line else self.grid.y[:, None]
+        y = self.grid.y[:, None]
         return float((self.grid.x * py - y * px).sum() * self._area)
 
     @property
     def _area(self) -> float:
-        """Of an element, with the length of the one row of a line contact."""
+        """Of an element."""
         return self.values["DX"] * self.values["DY"]
 
     @checks.named_options()
@@ -105,8 +105,8 @@ class ContactResult:
         approach H + UN.
 
         The `motion`, Steady or Shift, has creepages or shifts as CONTACT prints them, see
-        `read_contact_output`: about SPINXO, SPINYO. Of a line contact, whose approach is not
-        defined, the normal force. Elements that the file leaves out (A = 1) are taken to be out of
+        `read_contact_output`: about SPINXO, SPINYO. One row of elements has a row without
+        contact on each side. Elements that the file leaves out (A = 1) are taken to be out of
         contact: nothing is known of the distance there. SceneError if the bodies are no elastic
         half-spaces, friction is not one coefficient (L = 0), or the file has no H, UN and MU.
         """
@@ -125,8 +125,6 @@ class ContactResult:
         approach = float((h + self.columns["UN"])[touching].mean())
         h = np.where(np.isnan(h), approach, h)
         load: dict[str, Any] = {"approach": approach}
-        if self.grid.line:
-            load = {"normal_force": self.normal_force / self.values["DY"]}
         x, y = (self.values.get(name, 0.0) for name in ("SPINXO", "SPINYO"))
         if isinstance(motion, Steady):
             motion = replace(
@@ -137,18 +135,19 @@ class ContactResult:
                 motion, ux=motion.ux + motion.rotation * y, uy=motion.uy - motion.rotation * x
             )
         poisson = self.values["POISS1"]  # of simplified theories the only one in the file
-        return Scene(
+        scene = Scene(
             bodies=Bodies(
                 G=(self.values["GG1"], self.values["GG2"]),
                 nu=(poisson, self.values.get("POISS2", poisson)),
             ),
-            surface=SampledDistance(h[0] if self.grid.line else h),
+            surface=SampledDistance(h),
             **load,
             friction=friction,
             motion=motion,
             grid=self.grid,
             units=MM_N,
         )
+        return ringed(scene) if 1 in self.grid.shape else scene
 
     def _check_elastic(self) -> None:
         M = int(self.values["M"])
@@ -169,22 +168,25 @@ class ContactResult:
         half-spaces.
         """
         self._check_elastic()
-        self._check_grid(scene.grid)
-        self._check_motion(scene)
-        return self.traction, self.pressure
-
-    def _check_grid(self, grid: Any) -> None:
-        """Refuse other elements than those of the result."""
         own = self.grid
+        if 1 in own.shape:  # one row has a row without contact on each side, see `ringed`
+            own = own.extended()
+        self._check_grid(own, scene.grid)
+        self._check_motion(scene)
+        if own is self.grid:
+            return self.traction, self.pressure
+        return np.pad(self.traction, [(0, 0), (1, 1), (1, 1)]), np.pad(self.pressure, 1)
+
+    def _check_grid(self, own: Grid, grid: Any) -> None:
+        """Refuse other elements than those of the result."""
         explicit = f"explicit, with the elements of the result: {own}"
         if not isinstance(grid, Grid) or not grid.explicit:
             raise SceneError("scene.grid", grid, explicit)
         if (grid.shape, grid.line) != (own.shape, own.line):
             raise SceneError("scene.grid", grid, explicit)
-        same = np.all(np.abs(own.x - grid.x) <= ROUNDED * grid.sides[0])
-        if not grid.line:
-            same = same and np.all(np.abs(own.y - grid.y) <= ROUNDED * grid.sides[1])
-        if not same:
+        along_x = np.all(np.abs(own.x - grid.x) <= ROUNDED * grid.sides[0])
+        along_y = np.all(np.abs(own.y - grid.y) <= ROUNDED * grid.sides[1])
+        if not (along_x and along_y):
             raise SceneError("scene.grid", grid, f"that of the result: {own}")
 
     def _check_motion(self, scene: Scene) -> None:
@@ -276,12 +278,12 @@ def read_contact_result(path: str | Path) -> ContactResult:
     lines = text.splitlines()
     values, names, start = _header(name, lines)
     of_grid = next(number for number, line in enumerate(lines, 2) if "MX" in line.upper().split())
-    group = Group(str(name), of_grid, (), (), ())
-    nx, ny = counts(group, values["MX"], values["MY"])
+    group = Group(str(name), of_grid, (), ())
+    nx, ny = (_count(group, name, values[name]) for name in ("MX", "MY"))
     x0, y0, dx, dy = (values[key] for key in ("XL", "YL", "DX", "DY"))
     if not (dx > 0 and dy > 0):
         raise wrong_line(name, group.line, "has no positive DX and DY")
-    grid, _ = lattice(group, nx, ny, dx, dy, x0, y0)
+    grid = lattice(group, nx, ny, (dx, dy), (x0, y0))
     table = _table(name, lines, start, names, ny * nx)
     columns = dict(zip(names, table.reshape(-1, ny, nx), strict=True))
     pressure, px, py, state = (np.nan_to_num(columns[key]) for key in ("PN", "PX", "PY", "IGS"))
@@ -308,6 +310,13 @@ def read_contact_result(path: str | Path) -> ContactResult:
         values,
         columns,
     )
+
+
+def _count(group: Group, name: str, count: float) -> int:
+    """MX or MY as a whole number."""
+    if count != int(count) or count < 1:
+        group.refuse(name, count, "is not a number of elements")
+    return int(count)
 
 
 def _table(path: Path, lines: list[str], start: int, names: list[str], size: int) -> np.ndarray:

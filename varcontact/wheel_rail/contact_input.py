@@ -2,66 +2,103 @@
 
 The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech
 CMCC report 20-01) and of the open-source release (the module ``m_wr_input`` of
-its source). Lengths are in mm, forces in N, velocities in mm/s.
+its source), see `varcontact.io.contact_grammar`. Lengths are in mm, forces in
+N, velocities in mm/s.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_input import read_bodies, read_friction
-from varcontact.io.contact_words import SUPPORTED as BASIC
-from varcontact.io.contact_words import (
-    Group,
-    Lines,
-    Supported,
-    control_digits,
-    located,
-    modules,
-    number_of,
-    skip_stresses,
-)
+from varcontact.io.contact_cases import CaseInput, read_cases
+from varcontact.io.contact_material import bodies_of, friction_law, kept_law, laws_of
+from varcontact.io.contact_words import Group, located
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
+from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.slices import SLICES, ProfileSlices
-from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
+from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
-SIDES: dict[int, Side] = {0: "left", 1: "right"}
-SUPPORTED: Supported = BASIC | {
-    "C": ("CONFIG", {0: "left wheel on a track", 1: "right wheel on a track"}),
-    "P": ("PVTIME", {0: "continue", 1: "begin", 2: "no sequence"}),
-    "B": ("BOUND", {0: "half-space"}),
-    "T": ("TANG", {0: "no tangential problem", 3: "steady rolling"}),
-    "N": ("NORM", {0: "height of the wheel set given", 1: "vertical force given"}),
-    "F": ("FORCE", {0: "pitch rate given"}),
-    "D": (
-        "DISCNS",
-        {0: "as before", 1: "as before", 2: "planar contact", 5: "planar contact, another search"},
-    ),
-    "Z": ("ZTRACK", {0: "as before", 1: "new dimensions", 2: "new deviations", 3: "all new"}),
-    "E": (
-        "EWHEEL",
-        {0: "as before", 1: "new position", 2: "new position and velocity", 3: "all new"},
-    ),
-}
-"""Control digits that are read, but for INFLCF: see `BASIC`."""
+SIDES: dict[int, Side] = {0: "left", 1: "right", 4: "left", 5: "right"}
+CONFORMAL = (4, 6)
+"""Values of the digit D with which patches are curved."""
 
-Case = dict[str, Any]
-"""Entries of a case, which the next may keep: those of `WheelOnRail`, "rail", "grid", "height",
-"has_friction", and "dimensions", which are GAUGHT, GAUGSQ or RAILY0, GAUGWD or RAILZ0, and CANT."""
+
+@dataclass(frozen=True, eq=False)
+class WheelCase:
+    """A case of module 1 of an input file of CONTACT.
+
+    Attributes
+    ----------
+    number, line : int
+        Of the case in the file, from 1, and of its first line.
+    element : tuple of int
+        The result element that it belongs to, where one is given.
+    wheel : WheelOnRail or None
+        None where it cannot be had here.
+    reason : str
+        Why not, with line and digit; empty where there is a wheel.
+    """
+
+    number: int
+    line: int
+    element: tuple[int, ...] = ()
+    wheel: WheelOnRail | None = None
+    reason: str = ""
+
+
+class WheelInput(Sequence[WheelOnRail]):
+    """The wheels of an input file of CONTACT, and all of its cases.
+
+    Attributes
+    ----------
+    cases : tuple of WheelCase
+        In the order of the file, but for those that it skips.
+    path : str
+    """
+
+    def __init__(self, path: str, cases: Sequence[WheelCase]) -> None:
+        self.path = path
+        self.cases = tuple(cases)
+        self._wheels = [case.wheel for case in cases if case.wheel is not None]
+
+    @overload
+    def __getitem__(self, k: int) -> WheelOnRail: ...
+    @overload
+    def __getitem__(self, k: slice) -> list[WheelOnRail]: ...
+    def __getitem__(self, k: int | slice) -> WheelOnRail | list[WheelOnRail]:
+        return self._wheels[k]
+
+    def __len__(self) -> int:
+        return len(self._wheels)
+
+    @property
+    def left_out(self) -> tuple[WheelCase, ...]:
+        """The cases that have no wheel, each with its reason."""
+        return tuple(case for case in self.cases if case.reason)
+
+    def __str__(self) -> str:
+        """A report: how many cases there are, and why some have no wheel."""
+        lines = [f"{self.path}: {len(self.cases)} cases, {len(self.left_out)} of them left out"]
+        lines += [f"case {case.number}: {case.reason}" for case in self.left_out]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"WheelInput({self.path!r}, {len(self.cases)} cases)"
 
 
 @checks.named_options()
-def read_contact_input(path: str | Path) -> list[WheelOnRail]:
+def read_contact_input(path: str | Path, *, strict: bool = True) -> WheelInput:
     """The cases of an input file of CONTACT, module 1, as wheels on rails.
 
     Parameters
@@ -69,12 +106,15 @@ def read_contact_input(path: str | Path) -> list[WheelOnRail]:
     path : str or Path
         A file ``<experiment>.inp``. Profiles that it names are looked for from
         its folder.
+    strict : bool
+        Whether a case that has no counterpart here is an error. If False, it is
+        left out; `WheelInput.left_out` and ``print`` tell which, and why.
 
     Returns
     -------
-    list of WheelOnRail
-        In the order of the file. Given forces are all forces on the rail, those
-        of friction included, as FZ is.
+    WheelInput
+        A sequence of wheels in the order of the file. Given forces are all
+        forces on the rail, those of friction included, as FZ is.
 
     Raises
     ------
@@ -116,114 +156,219 @@ def read_contact_input(path: str | Path) -> list[WheelOnRail]:
     >>> folder.cleanup()
     """
     file = checks.file_name("path", path)
-    lines = Lines(file)
-    case = Case()
-    wheels: list[WheelOnRail] = []
-    scene = "is a basic contact: vc.read_contact_input reads it, `varcontact solve` solves it"
-    for group in modules(lines, 1, "wheel on rail", {3: scene}):
-        calculated = _read_case(lines, case, file.parent, group)
-        if calculated:
-            wheels.append(_wheel(case, group))
-    if not wheels:
+    inputs, error = read_cases(file)
+    reader = _Reader(file.parent)
+    cases = [reader.case(given, strict) for given in inputs if given.calculated]
+    if error is not None:
+        if strict or not inputs:
+            raise error
+        cases.append(WheelCase(len(inputs) + 1, 0, reason=f"{error}; what follows is not read"))
+    if not cases:
         raise SceneError(
             "path", str(path), message=f"{path} holds no case that is to be calculated"
         )
-    return wheels
+    return WheelInput(str(path), cases)
 
 
-def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
-    """Change the entries of the case before to those of the next one; True if that is to be
-    calculated.
-    """
-    _, problem, digits, last = control_digits(
-        lines, "CPBTNFS", SUPPORTED, SUPPORTED | {"C": BASIC["C"]}
-    )
-    L, C, D, Z, E = (digits[letter] for letter in "LCDZE")
-    # parts that are new; others are those of the case before
-    entries = {"L": "friction", "C": "bodies", "D": "grid", "Z": "rail", "E": "wheelset"}
-    new = {"L": L != 1, "C": C == 2, "D": D >= 2, "Z": Z == 3, "E": E == 3}
-    for letter, name in entries.items():
-        if not new[letter] and name not in case:
-            group.refuse(
-                letter, digits[letter], "keeps what the case before has, and there is none"
+class _Reader:
+    """Wheels of cases; each profile, track and wheel set is made once."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._made: dict[Any, Any] = {}
+
+    def case(self, given: CaseInput, strict: bool) -> WheelCase:
+        """One case."""
+        line = given.group.line
+        try:
+            return WheelCase(given.number, line, given.element, self._wheel(given))
+        except SceneError as error:
+            if strict:
+                raise
+            return WheelCase(given.number, line, given.element, reason=str(error))
+
+    def _wheel(self, case: CaseInput) -> WheelOnRail:
+        if case.module != 1:
+            why = "is a basic contact: vc.read_contact_input reads it, `varcontact solve` solves it"
+            case.group.refuse("MODULE", case.module, why)
+        controls = case.controls
+        controls.check_supported()
+        _check_supported(case)
+        side = SIDES[controls["CONFIG"]]
+        bodies = bodies_of(case)
+        grid = _grid(case)
+        track, drop = self._track(case, side)
+        wheelset = self._wheelset(case)
+        place: Group = case.needs("position", "EWHEEL", "a position", "E = 3")
+        height = {"vertical_force": place.number(2)}
+        if controls["NORM"] == 0:
+            height = {"z": place.number(2) - drop}
+        if place.names[2] != ("FZ" if controls["NORM"] else "Z"):
+            controls.complain(
+                "NORM", "is another than the case before has, which is kept: use E >= 1"
             )
-    case.update(side=SIDES[problem["C"]], has_friction=problem["T"] != 0)
-    if new["L"]:
-        case["friction"] = read_friction(lines, L)
-    if new["C"]:
-        case["bodies"] = read_bodies(lines)
-    if new["D"]:
-        case["grid"] = _read_grid(lines)
-    _read_track(lines, case, Z, folder)
-    _read_wheelset(lines, case, E, problem["N"], folder)
-    skip_stresses(lines, problem["S"])
-    if _height(problem["N"]) not in case["height"]:
-        reason = "is another than the case before has, which is kept: use E >= 1"
-        group.refuse("N (NORM)", problem["N"], reason)
-    return last["R"] == 1
+        with located(place):
+            angles = {"roll": place.angle(3), "yaw": place.angle(4), "pitch": place.angle(5)}
+            position = Position(s=place.number(0), y=place.number(1), **angles)
+        velocity = _velocity(case)
+        friction: Any = 0.0
+        if controls["TANG"] != 0:
+            friction = _friction(case, velocity.speed, position.s)
+        with located(case.group):
+            return WheelOnRail(
+                track=track,
+                wheelset=wheelset,
+                side=side,
+                position=position,
+                velocity=velocity,
+                bodies=bodies,
+                friction=friction,
+                **grid,
+                **height,
+            )
+
+    def _once(self, key: Any, make: Any) -> Any:
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
+
+    def _track(self, case: CaseInput, side: Side) -> tuple[Track, float]:
+        """The track, and how far its rail's top is below CONTACT's height 0."""
+        dimensions: Group = case.needs("track", "ZTRACK", "track dimensions", "Z = 3")
+        deviations: Group = case.needs("deviations", "ZTRACK", "deviations", "Z = 3")
+        rail = self._profile(case.needs("rail", "ZTRACK", "a rail", "Z = 3"), "rail")
+        key = (dimensions, deviations, id(rail), side)
+        with located(dimensions):
+            track: tuple[Track, float] = self._once(
+                key, lambda: _track(dimensions, deviations, rail, side)
+            )
+        return track
+
+    def _wheelset(self, case: CaseInput) -> WheelSet:
+        group: Group = case.needs("wheel set", "EWHEEL", "a wheel set", "E = 3")
+        wheel = self._profile(case.needs("wheel", "EWHEEL", "a wheel", "E = 3"), "wheel")
+        distance, back, radius = group.numbers()
+
+        def make() -> WheelSet:
+            return WheelSet(wheel=wheel, radius=radius, inside_distance=distance, flange_back=back)
+
+        with located(group):
+            wheelset: WheelSet = self._once((group, id(wheel)), make)
+        return wheelset
+
+    def _profile(self, groups: tuple[Group, ...], kind: Kind) -> Any:  # a Profile, or slices
+        return self._once(groups, lambda: _profile(groups, kind, self._folder))
 
 
-def _height(norm: int) -> str:
-    """The entry that has the height of the wheel set, by the digit N."""
-    return "vertical_force" if norm else "z"
+def _check_supported(case: CaseInput) -> None:
+    """Refuse what digits ask for that a wheel on a rail has not here."""
+    controls = case.controls
+    if controls["CONFIG"] >= 4:
+        controls.refuse("CONFIG", "is not supported: rails here are no rollers")
+    if controls["TANG"] in (1, 2):
+        controls.complain("TANG", "is not supported: wheels here roll steadily, T = 3")
+    if controls["FORCE"] != 0:
+        controls.complain("FORCE", "is not supported: the pitch rate is given here, F = 0")
+    if controls["EWHEEL"] >= 4:
+        controls.complain("EWHEEL", "is not supported: wheel sets here are rigid")
+    if controls["MATER"] != 0:
+        controls.complain("MATER", "is not supported: bodies here are elastic, M = 0")
+    if controls["HEAT"] != 0:
+        controls.complain("HEAT", "is not supported: wheels here have no temperatures, H = 0")
+    if controls["INFLCF"] == 4 and case.entries["conformal"].integers()[1] != 4:
+        group = case.entries["conformal"]
+        why = "is not reciprocal, and not supported; supported: 4"
+        group.refuse("VARIANT", group.integers()[1], why)
 
 
-def _read_grid(lines: Lines) -> dict[str, float]:
+def _friction(case: CaseInput, speed: float, s: float) -> Any:
+    """A coefficient or law, by inclination, or at the place along the track."""
+    groups = laws_of(case)
+    law = kept_law(case)
+    varies = case.controls["VARFRC"]
+    if varies == 0:
+        return friction_law(law, groups[0], groups, speed)
+    if law != 0:
+        case.controls.complain("FRCLAW", "of friction that varies is not supported; supported: 0")
+    coefficients = [friction_law(law, group, groups, speed) for group in groups]
+    if varies == 1:
+        with located(groups[0]):
+            return FrictionByAngle([group.angle(0) for group in groups], coefficients)
+    places = [group.number(0) for group in groups]
+    if np.any(np.diff(places) <= 0):
+        groups[0].refuse("SVF", places, "does not ascend")
+    return float(np.interp(s, places, coefficients))
+
+
+def _grid(case: CaseInput) -> dict[str, Any]:
     """Elements, and distances of patches."""
-    elements = lines.group("DX", "DS", "DQREL", "A_SEP", "D_SEP", "D_COMB")
+    elements: Group = case.needs("grid", "DISCNS", "a grid", "D = 2")
     if elements.number(2) != 1:
         reason = "is not supported: the step of rolling here is an element; supported: 1"
         elements.refuse("DQREL", elements.number(2), reason)
     if elements.angle(3) < math.pi / 2 - 1e-6:
         reason = "is not supported: patches here are separated by distance; supported: 90d"
         elements.refuse("A_SEP", elements.values[3], reason)
-    options = [value for value in map(number_of, elements.rest[:2]) if value is not None]
-    if len(options) == 2:
-        elements.refuse("GAP_MISS", options[1], "is not supported; leave it out")
+    if len(elements.optional) == 2:
+        elements.refuse("GAP_MISS", elements.optional[1], "is not supported; leave it out")
     places = {"dx": 0, "dy": 1, "separate": 4, "join": 5}
-    grid = {name: elements.number(k) for name, k in places.items()}
-    if options:
-        grid["turn"] = options[0]
+    grid: dict[str, Any] = {name: elements.number(k) for name, k in places.items()}
+    if elements.optional:
+        grid["turn"] = elements.option(0, 0.0)
+    found: CaseInput | None = case
+    while found is not None and found.controls["DISCNS"] <= 1:
+        found = found.before
+    assert found is not None
+    grid["conformal"] = found.controls["DISCNS"] in CONFORMAL
     return grid
 
 
-def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
-    """Track dimensions, the rail's profile, and its deviations, which must be none."""
-    if digit in (1, 3):
-        first = lines.group("GAUGHT", "GAUGSQ or RAILY0", "GAUGWD or RAILZ0", "CANT")
-        height, second, third = (first.number(k) for k in range(3))
-        if height > 0 and second not in (0, 1):
+def _track(dimensions: Group, deviations: Group, rail: Any, side: Side) -> tuple[Track, float]:
+    """The track with its rails, and how far the rail's top is below CONTACT's height 0."""
+    height, second, third = (dimensions.number(k) for k in range(3))
+    cant = dimensions.angle(3)
+    if dimensions.option(0, 0.0) != 0:
+        reason = "is not supported: the track here is straight; supported: 0"
+        dimensions.refuse("CURV", dimensions.optional[0], reason)
+    moved = {side: _irregularity(deviations)}
+    if height > 0:
+        if second not in (0, 1):
             reason = "is not supported: the gauge is that of the innermost face; supported: 0, 1"
-            first.refuse("GAUGSQ", second, reason)
-        if first.rest and number_of(first.rest[0]) not in (None, 0.0):
-            reason = "is not supported: the track here is straight; supported: 0"
-            first.refuse("CURV", first.rest[0], reason)
-        case["dimensions"] = height, second, third, first.angle(3)
-    if digit == 3:
-        case["rail"] = _profile(lines, "rail", folder)
-    if digit >= 2:
-        deviations = lines.group("DY", "DZ", "ROLL", "VY", "VZ", "VROLL")
-        for k, name in enumerate(deviations.names):
-            if deviations.angle(k) != 0:
-                reason = "is not supported: rails have no deviation; supported: 0"
-                deviations.refuse(name, deviations.values[k], reason)
+            dimensions.refuse("GAUGSQ", second, reason)
+        return Track(rail=rail, gauge=third, gauge_height=height, cant=cant, **moved), 0.0
+    # the rail's origin is given; its top has the height 0 here, and the gauge may be measured
+    # anywhere
+    track = Track(rail=rail, gauge_height=0.0, cant=cant, **moved)
+    beside = SIGN[side] * second - float(track.origin[0])
+    track = replace(track, gauge=track.gauge + 2 * beside)
+    return track, third - float(track.origin[1])
 
 
-def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or slices
-    group = lines.group(f"{kind[0].upper()}FNAME", "MIRRORY", "SCALE", "SMOOTH")
-    name = group.values[0].strip("'\"").replace("\\", "/")
+def _irregularity(deviations: Group) -> Irregularity:
+    y, z = deviations.number(0), deviations.number(1)
+    lateral, vertical = deviations.number(3), deviations.number(4)
+    with located(deviations):
+        return Irregularity(
+            y=y,
+            z=z,
+            roll=deviations.angle(2),
+            lateral=lateral,
+            vertical=vertical,
+            roll_rate=deviations.angle(5),
+        )
+
+
+def _profile(groups: tuple[Group, ...], kind: Kind, folder: Path) -> Any:
+    group = groups[0]
     smooth = group.number(3)
-    options = [value for value in map(number_of, group.rest[:2]) if value is not None]
-    mirror_z, option = (int(value) for value in [*options, 0, 0][:2])
     method = 0
-    if option >= 1:
-        more = lines.group("ISMOOTH", "ZIGTHRS", "KINKHIGH", "KINKLOW", "KINKWID")
+    if len(groups) > 1:
+        more = groups[1]
         method = int(more.number(0))
         if method not in (0, 1):
             more.refuse("ISMOOTH", method, "is not supported; supported: 0, 1")
-    if option >= 2:
-        lines.group("ERRHND", "MAXOMIT")
     reader: Any = Profile.read
+    name = group.text(0)
     if name.lower().endswith(SLICES):
         reader = ProfileSlices.read
         if method == 0 and smooth > 0:
@@ -237,7 +382,7 @@ def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or sl
             scale=group.number(2),
             smoothing=smooth if method == 1 else 0.0,
             mirror_y=mirrors.get(int(group.number(1)), "auto"),
-            mirror_z=mirrors.get(mirror_z),
+            mirror_z=mirrors.get(int(group.option(0, 0.0))),
         )
         if method == 0 and smooth > 0:
             profile = _smoothed(profile, smooth)
@@ -256,64 +401,16 @@ def _smoothed(profile: Profile, weight: float) -> Profile:
     return profile.smoothed(length)
 
 
-def _read_wheelset(lines: Lines, case: Case, digit: int, norm: int, folder: Path) -> None:
-    """Wheel set, its position and its velocity."""
-    if digit == 3:
-        group = lines.group("FBDIST", "FBPOS", "NOMRAD")
-        distance, back, radius = group.numbers()
-        wheel = _profile(lines, "wheel", folder)
-        with located(group):
-            case["wheelset"] = WheelSet(
-                wheel=wheel, radius=radius, inside_distance=distance, flange_back=back
-            )
-    if digit >= 1:
-        group = lines.group("S", "Y", "FZ" if norm else "Z", "ROLL", "YAW", "PITCH")
-        case["height"] = {_height(norm): group.number(2)}
-        with located(group):
-            places = {"roll": group.angle(3), "yaw": group.angle(4), "pitch": group.angle(5)}
-            case["position"] = Position(s=group.number(0), y=group.number(1), **places)
-    if digit >= 2:
-        group = lines.group("VS", "VY", "VZ", "VROLL", "VYAW", "VPITCH")
-        speed, lateral, vertical = (group.number(k) for k in range(3))
-        roll_rate, yaw_rate, pitch_rate = (group.angle(k) for k in range(3, 6))
-        with located(group):
-            case["velocity"] = Velocity(
-                speed=speed,
-                lateral=lateral,
-                vertical=vertical,
-                roll_rate=roll_rate,
-                yaw_rate=yaw_rate,
-                pitch_rate=pitch_rate,
-            )
-
-
-def _wheel(case: Case, group: Group) -> WheelOnRail:
-    """The case as a wheel on a rail."""
-    gauge_height, second, third, cant = case["dimensions"]
-    height = dict(case["height"])
+def _velocity(case: CaseInput) -> Velocity:
+    group: Group = case.needs("velocity", "EWHEEL", "a velocity", "E = 3")
+    speed, lateral, vertical = (group.number(k) for k in range(3))
+    roll_rate, yaw_rate, pitch_rate = (group.angle(k) for k in range(3, 6))
     with located(group):
-        if gauge_height > 0:
-            track = Track(rail=case["rail"], gauge=third, gauge_height=gauge_height, cant=cant)
-        else:
-            # the rail's origin is given; its top has the height 0 here, and the gauge may be
-            # measured anywhere
-            track = Track(rail=case["rail"], gauge_height=0.0, cant=cant)
-            beside = SIGN[case["side"]] * second - float(track.origin[0])
-            track = replace(track, gauge=track.gauge + 2 * beside)
-            drop = third - float(track.origin[1])
-            if "z" in height:
-                height["z"] -= drop
-        friction = 0.0
-        if case["has_friction"]:
-            friction = case["friction"](case["velocity"].speed)
-        return WheelOnRail(
-            track=track,
-            wheelset=case["wheelset"],
-            side=case["side"],
-            position=case["position"],
-            velocity=case["velocity"],
-            bodies=case["bodies"],
-            friction=friction,
-            **case["grid"],
-            **height,
+        return Velocity(
+            speed=speed,
+            lateral=lateral,
+            vertical=vertical,
+            roll_rate=roll_rate,
+            yaw_rate=yaw_rate,
+            pitch_rate=pitch_rate,
         )

@@ -220,7 +220,7 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
             )
             raise SceneError("mirror_y", True, message=reason)
         for more in filter(None, other_counts):
-            lines.many("kinks", more)
+            lines.array("kinks", more)
         features = _read_features(lines, feature_count, profiles)
         whole = cls(profiles=profiles, positions=positions, approximating=approximating)
         rails = tuple(_rails_of(whole, features))
@@ -278,7 +278,7 @@ def _read_method(lines: Lines) -> bool:
 
 def _read_features(lines: Lines, count: int, profiles: list[Profile]) -> np.ndarray:
     """Arc lengths of features in each profile, within its length."""
-    rows = [lines.many("features", count + 1).numbers()[1:] for _ in profiles]
+    rows = [lines.array("features", count + 1).numbers()[1:] for _ in profiles]
     return np.minimum(np.array(rows), [[each.curve.s[-1]] for each in profiles])
 
 

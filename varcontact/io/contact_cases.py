@@ -1,0 +1,113 @@
+"""The cases of CONTACT's input files, modules 1 and 3, as they are written: control digits and
+entries, with what a case keeps from the one before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from varcontact.errors import SceneError
+from varcontact.io.contact_grammar import (
+    BASIC,
+    BASIC_LINES,
+    WHEEL,
+    WHEEL_LINES,
+    Controls,
+)
+from varcontact.io.contact_words import Group, Lines
+
+GRAMMARS: dict[int, Any] = {1: (WHEEL, WHEEL_LINES), 3: (BASIC, BASIC_LINES)}
+"""Control words and parameter lines of the modules that are read."""
+MODULES = {1: "wheel on rail", 3: "basic contact", 0: "stop"}
+
+
+@dataclass(frozen=True, eq=False)
+class CaseInput:
+    """One case of an input file.
+
+    `entries` are those of the case and those that it keeps; `given` are the keys of its own.
+    """
+
+    number: int  # in the file, from 1
+    module: int
+    element: tuple[int, ...]  # the result element, and its contact patch
+    group: Group  # the line of its module
+    controls: Controls
+    entries: Mapping[str, Any]
+    given: frozenset[str]
+    before: CaseInput | None  # of the same result element
+
+    @property
+    def calculated(self) -> bool:
+        """True unless it is skipped."""
+        return self.controls["RETURN"] <= 1
+
+    def needs(self, key: str, digit: str, what: str, remedy: str) -> Any:
+        """An entry, given or kept; a digit is refused where no case gives it."""
+        if key not in self.entries:
+            self.controls.complain(
+                digit, f"keeps {what} of the case before, and there is none: use {remedy}"
+            )
+        return self.entries[key]
+
+
+def read_cases(path: Path) -> tuple[list[CaseInput], SceneError | None]:
+    """The cases of a file, up to its end or to the first that cannot be read; and why it cannot."""
+    lines = Lines(path)
+    cases: list[CaseInput] = []
+    last: dict[tuple[int, ...], CaseInput] = {}
+    try:
+        while lines.left:
+            group = lines.read("MODULE:i, [REID:i, CPID:i]")
+            module = group.integers()[0]
+            if module == 0:
+                break
+            if module not in GRAMMARS:
+                supported = ", ".join(f"{each} ({words})" for each, words in MODULES.items())
+                group.refuse("MODULE", module, f"is not supported; supported: {supported}")
+            element = (module, *map(int, group.optional))
+            case = _read_case(lines, group, len(cases) + 1, element, last.get(element))
+            last[element] = case
+            cases.append(case)
+    except SceneError as error:
+        return cases, error
+    return cases, None
+
+
+def _read_case(
+    lines: Lines, group: Group, number: int, element: tuple[int, ...], before: CaseInput | None
+) -> CaseInput:
+    module, *of_element = element
+    words, parameters = GRAMMARS[module]
+    controls = Controls(words, lines)
+    entries: dict[str, Any] = {}
+    if before is not None:
+        entries |= before.entries
+    given = set[str]()
+    try:
+        _read_entries(lines, controls, parameters, entries, given)
+    except SceneError:
+        controls.check_supported()  # then that is what is wrong
+        raise
+    return CaseInput(
+        number, module, tuple(of_element), group, controls, entries, frozenset(given), before
+    )
+
+
+def _read_entries(
+    lines: Lines, controls: Controls, parameters: Any, entries: dict[str, Any], given: set[str]
+) -> None:
+    """Put the entries of a case among those that it keeps."""
+    for line in parameters:
+        if not line.given(controls) or (line.key == "distance" and _is_hertzian(entries)):
+            continue
+        entries[line.key] = line.read(lines, controls, entries)
+        given.add(line.key)
+
+
+def _is_hertzian(entries: Mapping[str, Any]) -> bool:
+    """True where IPOTCN < 0 gives the undeformed distance, too."""
+    return "elements" in entries and entries["elements"][0].integers()[0] < 0

@@ -1,0 +1,183 @@
+"""Elements, undeformed distance and fields of CONTACT's basic contacts (module 3)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from varcontact.checks import positive
+from varcontact.io.contact_cases import CaseInput
+from varcontact.io.contact_words import Group, lattice, located
+from varcontact.reference.hertz import hertz_ellipse
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
+
+
+def elements_of(case: CaseInput) -> Grid:
+    """The elements of IPOTCN = 1 to 4."""
+    kind, group = case.entries["elements"]
+    (ipotcn,) = kind.integers()
+    nx, ny = group.count(0), group.count(1)
+    x, y, dx, dy = (group.number(k) for k in range(2, 6))
+    # the other end is given, that of the elements or of their centres
+    if ipotcn == 2:
+        dx = (dx - x) / nx
+        dy = (dy - y) / ny
+    if ipotcn == 4:
+        dx = (dx - x) / max(nx - 1, 1)
+        dy = (dy - y) / max(ny - 1, 1)
+    if ipotcn in (3, 4):  # from centre to centre
+        x = x - dx / 2
+        y = y - dy / 2
+    return lattice(group, nx, ny, (dx, dy), (x, y))
+
+
+def distance_of(case: CaseInput, grid: Grid) -> np.ndarray:
+    """The undeformed distance at the centres of the elements, infinite outside of the planform."""
+    kind, *groups = case.entries["distance"]
+    ibase, iplan = kind.integers()
+    x = grid.x[None, :] + np.zeros(grid.shape)
+    y = grid.y[:, None] + np.zeros(grid.shape)
+    values = groups[0].numbers()
+    with np.errstate(all="ignore"):  # distances that are not finite are refused by the surface
+        if ibase == 1:
+            h = _quadratic(values, x, y)
+        elif ibase == 2:
+            h = _of_profile(groups[0], groups[1].numbers(), x, y)
+        elif ibase == 3:
+            b1, b2, b3, b4, b5, b6, b7, b8 = values
+            waves = b1 * np.sin(b2 * (x - b3)) - b4 * np.sin(b5 * (x - b6))
+            h = waves + x**2 / b7 + y**2 / b8
+        else:
+            if len(values) != grid.size:
+                case.controls.complain("RZNORM", "keeps the undeformed distance of other elements")
+            h = np.reshape(values, grid.shape)
+    if iplan == 4:
+        kind.refuse("IPLAN", 4, "is not supported: patches that feel each other in part")
+    if iplan == 1:
+        return h
+    return np.where(_in_planform(iplan, groups[-1].numbers(), x, y), h, np.inf)
+
+
+def _quadratic(values: list[float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    b1, b2, b3, b4, b5, b6 = values
+    return np.asarray(b1 * x**2 + b2 * x * y + b3 * y**2 + b4 * x + b5 * y + b6)
+
+
+def _of_profile(head: Group, heights: list[float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Circular along x; along y linear between points, and beyond them."""
+    _, axle, radius, first, step = head.numbers()
+    if radius == 0 or step <= 0:
+        head.refuse("RM, DY1", (radius, step), "must be a radius and a positive distance")
+    at = (y - first) / step
+    profile = np.array(heights)
+    # the outermost pieces go on beyond the profile
+    k = np.clip(np.floor(at).astype(int), 0, len(heights) - 2)
+    between = profile[k] + (at - k) * (profile[k + 1] - profile[k])
+    return np.asarray(between + (x - axle) ** 2 / (2 * radius))
+
+
+def _in_planform(iplan: int, values: list[float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """True where the planform, an ellipse or two rectangles, has material."""
+    if iplan == 2:
+        return np.asarray(_quadratic(values, x, y) < 0)
+    inside = np.zeros(x.shape, dtype=bool)
+    for left, right, bottom, top in (values[:4], values[4:]):
+        inside |= (left <= x) & (x <= right) & (bottom <= y) & (y <= top)
+    return inside
+
+
+def sampled(distance: np.ndarray, grid: Grid, **fields: Any) -> SampledDistance:
+    """Samples on the elements; infinite distances become ones that no contact reaches."""
+    far = ~np.isfinite(distance) & ~np.isnan(distance)
+    if np.any(far):
+        distance = np.where(far, _far(distance[~far], grid), distance)
+    return SampledDistance(distance, **fields)
+
+
+def _far(distance: np.ndarray, grid: Grid) -> float:
+    """A distance that bodies do not come together over."""
+    dx, dy = grid.sides
+    return float(np.max(np.abs(distance), initial=0.0) + grid.nx * dx + grid.rows * dy)
+
+
+def hertzian(case: CaseInput, bodies: Bodies, load: dict[str, float]) -> tuple[Any, Grid]:
+    """Surface and elements of a Hertzian contact, IPOTCN = -1 to -3."""
+    kind, group = case.entries["elements"]
+    (ipotcn,) = kind.integers()
+    nx, ny = group.count(0), group.count(1)
+    first, second, scale = (group.number(k) for k in range(2, 5))
+    with located(group):
+        surface = _hertzian_surface(ipotcn, first, second, bodies)
+        contact = Scene(bodies=bodies, surface=surface, **load).hertz
+    if contact is None or scale <= 0:
+        group.refuse("SCALE", scale, "with this load gives no potential contact")
+    a = contact.a * scale
+    b = contact.b * scale
+    return surface, lattice(group, nx, ny, (2 * a / nx, 2 * b / ny), (-a, -b))
+
+
+def _hertzian_surface(
+    ipotcn: int, first: float, second: float, bodies: Bodies
+) -> Ellipse | Paraboloids:
+    """By two curvatures, by one and the ratio of the semi-axes, or by the semi-axes."""
+    if ipotcn == -3:
+        return Ellipse(a=first, b=second)
+    if ipotcn == -2:
+        shape = hertz_ellipse(second, 1.0, bodies, force=1.0)
+        second = first * shape.Rx / shape.Ry
+    return Paraboloids(Rx=1 / (2 * positive("A1", first)), Ry=1 / (2 * positive("B1", second)))
+
+
+def ringed(scene: Scene) -> Scene:
+    """The scene with a ring of elements more, over which the bodies do not touch: a contact may
+    then reach the end of the elements that are given.
+    """
+    grid = scene.grid
+    assert isinstance(grid, Grid)
+    wider = grid.extended()
+    surface = scene.surface
+    if isinstance(surface, Ellipse):
+        load = scene.hertz
+        assert load is not None
+        surface = Paraboloids(Rx=load.Rx, Ry=load.Ry)
+    distance = np.pad(surface.distance(grid), 1, constant_values=np.inf)
+    fields: dict[str, Any] = {}
+    angles = getattr(surface, "inclination", None)
+    if angles is not None:
+        fields["inclination"] = np.pad(angles, 1, mode="edge")
+    changes: dict[str, Any] = {"grid": wider, "surface": sampled(distance, wider, **fields)}
+    if isinstance(scene.friction, np.ndarray):
+        changes["friction"] = np.pad(scene.friction, 1, mode="edge")
+    motion = scene.motion
+    if isinstance(motion, Steady) and motion.rigid_slip is not None:
+        slip = np.pad(motion.rigid_slip, [(0, 0), (1, 1), (1, 1)])
+        changes["motion"] = replace(motion, rigid_slip=slip)
+    return replace(scene, **changes)
+
+
+def mirrored(scene: Scene) -> Scene:
+    """Steady rolling towards negative x, seen from the other side: x to -x.
+
+    Of a steady motion that was made with the numbers of rolling towards negative x.
+    """
+    grid = scene.grid
+    assert isinstance(grid, Grid)
+    motion = scene.motion
+    assert isinstance(motion, Steady)
+    changes: dict[str, Any] = {"grid": replace(grid, x0=-grid.box[1])}
+    if isinstance(scene.surface, SampledDistance):
+        changes["surface"] = replace(scene.surface, h=scene.surface.h[:, ::-1])
+    if isinstance(scene.friction, np.ndarray):
+        changes["friction"] = scene.friction[:, ::-1]
+    turned: dict[str, Any] = {"vx": -motion.vx, "spin": -motion.spin}
+    if motion.Fx is not None:
+        turned["Fx"] = -motion.Fx
+    if motion.rigid_slip is not None:
+        turned["rigid_slip"] = motion.rigid_slip[:, :, ::-1] * np.array([-1, 1])[:, None, None]
+    return replace(scene, **changes, motion=replace(motion, **turned))

@@ -1,0 +1,182 @@
+"""Bodies, layers, temperatures and friction of CONTACT's input files, modules 1 and 3."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from varcontact.io.contact_cases import CaseInput
+from varcontact.io.contact_words import Group, located
+from varcontact.scene.bodies import Bodies, Viscoelastic, as_bodies
+from varcontact.scene.friction import ExponentialFalling, Law, LinearFalling, RationalFalling
+from varcontact.scene.friction_laws import FrictionLaw, TemperatureFalling
+from varcontact.scene.grid import Grid
+from varcontact.scene.interface import Thermal, ThirdBody
+
+FALLING: dict[int, type[Any]] = {
+    2: LinearFalling,
+    3: RationalFalling,
+    4: ExponentialFalling,
+}
+"""Laws by slip velocity, by the digit L."""
+VISCOELASTIC, LAYERED = 1, 4
+WATT = 1000.0
+"""In N mm/s."""
+INFINITE_STRENGTH = 1e-10
+"""Yield stress of a third body up to which CONTACT takes it for elastic."""
+
+
+def bodies_of(case: CaseInput) -> Any:
+    """Half-spaces, elastic or viscoelastic."""
+    group: Group = case.needs("material", "INFLCF", "a material", "C = 2")
+    nu1, nu2, G1, G2 = group.numbers()
+    with located(group):
+        bodies = Bodies(G=(G1, G2), nu=(nu1, nu2))
+    if case.controls["MATER"] != VISCOELASTIC:
+        return bodies
+    group = case.needs("viscoelastic", "MATER", "viscoelastic constants", "C = 2")
+    part1, part2, time1, time2 = group.numbers()
+    with located(group):
+        return as_bodies((_solid(G1, nu1, part1, time1), _solid(G2, nu2, part2, time2)))
+
+
+def _solid(G: float, nu: float, part: float, time: float) -> Bodies | Viscoelastic:
+    """A standard linear solid; one that relaxes at once, or does not, is elastic."""
+    if part == 0:
+        return Bodies(G=G, nu=nu)
+    if time == 0:
+        return Bodies(G=G / (1 + part), nu=nu)
+    return Viscoelastic(G=G, nu=nu, relaxations=((part, time),))
+
+
+def layer_of(case: CaseInput) -> ThirdBody | None:
+    """The third body of M = 4."""
+    if case.controls["MATER"] != LAYERED:
+        return None
+    group: Group = case.needs("layer", "MATER", "a third body", "C = 2")
+    modulus, thickness, strength, hardening = group.numbers()
+    if strength <= INFINITE_STRENGTH:
+        strength = math.inf
+        hardening = 0.0
+    with located(group):
+        return ThirdBody(h=thickness, G=modulus, tau_c0=strength, k_tau=hardening)
+
+
+def thermal_of(case: CaseInput) -> tuple[Thermal, Thermal] | None:
+    """Thermal data of both bodies, in N, mm, s and degrees."""
+    if case.controls["HEAT"] == 0:
+        return None
+    groups = [case.needs(f"heat {k}", "HEAT", "thermal data", "H = 3") for k in (1, 2)]
+    bodies = []
+    for group in groups:
+        temperature, capacity, conductivity, density = group.numbers()
+        with located(group):
+            bodies.append(
+                Thermal(
+                    conductivity=WATT * conductivity,
+                    density=density,
+                    heat_capacity=WATT * capacity,
+                    temperature=temperature,
+                )
+            )
+    return bodies[0], bodies[1]
+
+
+def friction_of(case: CaseInput, velocity: float, grid: Grid) -> Any:
+    """A coefficient or law of a basic contact, also by row of its elements."""
+    groups = laws_of(case)
+    law = kept_law(case)
+    if case.controls["VARFRC"] == 0:
+        return friction_law(law, groups[0], groups, velocity)
+    rows = groups[: len(groups) - (law != 0)]
+    if len(rows) != grid.rows:
+        case.controls.complain("VARFRC", "keeps friction of another number of rows: use L = 0")
+    laws = [friction_law(law, group, groups, velocity) for group in rows]
+    if law == 0:
+        return np.tile(np.array(laws)[:, None], (1, grid.nx))
+    if any(isinstance(each, TemperatureFalling) for each in laws):
+        case.controls.complain("VARFRC", "with L = 6 is not supported")
+    return _by_row(laws, velocity)
+
+
+def laws_of(case: CaseInput) -> tuple[Group, ...]:
+    """The groups of the friction law, given or kept."""
+    groups: tuple[Group, ...] = case.needs("friction", "FRCLAW", "a friction law", "L = 0")
+    return groups
+
+
+def kept_law(case: CaseInput) -> int:
+    """The digit L, or that of the case from which friction is kept."""
+    found: CaseInput | None = case
+    while found is not None and found.controls["FRCLAW"] == 1:
+        found = found.before
+    if found is None:
+        return 0
+    if found.controls["VARFRC"] != case.controls["VARFRC"]:
+        case.controls.complain("VARFRC", "needs a new friction law, and L is 1")
+    return found.controls["FRCLAW"]
+
+
+def friction_law(law: int, group: Group, groups: tuple[Group, ...], velocity: float) -> float | Law:
+    """One coefficient or law; its memory is in the last of the groups."""
+    # behind the place, where friction varies
+    first_entry = int(group.names[0] in ("ALPHA", "SVF"))
+    values = [group.number(k) for k in range(first_entry, len(group.values))]
+    if law == 0:
+        static, kinetic = values
+        if not 0.999 * kinetic <= static <= 1.001 * kinetic:
+            why = f"is not FSTAT = {static}; CONTACT supports one coefficient (its guide, 4.2)"
+            group.refuse("FKIN", kinetic, why)
+        return static
+    distance, least = groups[-1].numbers()
+    memory = {"memory_distance": distance, "memory_velocity": least} if distance > 0 else {}
+    with located(group):
+        if law == 6:
+            return _by_temperature(group, values, memory)
+        kinetic, first, half, second, other_half = values
+        kind = FALLING[law]
+        if second == 0:
+            return _one_term(kind, kinetic, first, half, velocity, memory)  # type: ignore[no-any-return]
+        terms = [
+            kind(kinetic=0.0, static=each, half_velocity=at, velocity=1.0)
+            for each, at in ((first, half), (second, other_half))
+            if each > 0
+        ]
+
+        def falling(slip_velocity: np.ndarray) -> np.ndarray:
+            return np.asarray(kinetic + sum(term(slip_velocity) for term in terms))
+
+        return FrictionLaw(
+            kinetic + first + second, kinetic, [falling], velocity=velocity, **memory
+        )
+
+
+def _one_term(
+    kind: Any, kinetic: float, first: float, half: float, velocity: float, memory: Any
+) -> Any:
+    if first == 0 and not memory:
+        return kinetic
+    return kind(kinetic + first, kinetic, half, velocity, **memory)
+
+
+def _by_temperature(group: Group, values: list[float], memory: dict[str, float]) -> Law:
+    reference, start, change, over = values
+    if change > 0:
+        group.refuse("DFHEAT", change, "is not supported: friction here falls with temperature")
+    return TemperatureFalling(reference, reference + change, start, over, **memory)
+
+
+def _by_row(laws: list[Any], velocity: float) -> FrictionLaw:
+    """Laws of rows as one."""
+
+    def falling(slip_velocity: np.ndarray) -> np.ndarray:
+        if slip_velocity.shape[0] != len(laws):  # tried once, on an example
+            return np.asarray(laws[0](slip_velocity / velocity))
+        rows = [law(row / velocity) for law, row in zip(laws, slip_velocity, strict=True)]
+        return np.stack(rows)
+
+    static = max(law.static for law in laws)
+    kinetic = min(law.kinetic for law in laws)
+    return FrictionLaw(static, kinetic, [falling], velocity=velocity)

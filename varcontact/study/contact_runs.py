@@ -1,0 +1,143 @@
+"""Cases of CONTACT's input files solved one after the other, and compared with what CONTACT
+printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from varcontact.errors import SceneError, VarcontactError
+from varcontact.io.contact_elements import ringed
+from varcontact.io.contact_input import ContactCase
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
+from varcontact.solving.solve import solve
+
+
+@dataclass(frozen=True, eq=False)
+class CaseRun:
+    """A case that was solved, or the reason why it was not.
+
+    `values` are forces, creepages, approach and largest pressure by CONTACT's names, in its
+    coordinates.
+    """
+
+    case: ContactCase
+    solution: Solution | None = None
+    reason: str = ""
+    values: dict[str, float] = field(default_factory=dict)
+    note: str = ""
+
+
+def run_cases(cases: Iterable[ContactCase]) -> Iterator[CaseRun]:
+    """Solve cases in their order; one that goes on from another begins with its tractions."""
+    solved: dict[int, CaseRun] = {}
+    for case in cases:
+        run = _run(case, solved)
+        solved[case.number] = run
+        yield run
+
+
+def _run(case: ContactCase, solved: dict[int, CaseRun]) -> CaseRun:
+    if case.scene is None:
+        return CaseRun(case, reason=case.reason)
+    scene = case.scene
+    note = ""
+    try:
+        if case.before is not None:
+            start = solved[case.before.number].solution
+            if start is None:
+                return CaseRun(case, reason=f"goes on from case {case.before.number}, not solved")
+            scene = _continued(scene, start)
+        scene = _with_forces(case, scene)
+        try:
+            solution = _solved(scene, case.methods)
+        except SceneError as error:
+            if error.field != "grid":
+                raise
+            solution = _solved(ringed(scene), case.methods)
+            note = "the contact reaches the end of the elements, and ends there"
+    except VarcontactError as error:
+        return CaseRun(case, reason=str(error))
+    return CaseRun(case, solution, "", values_of(case, solution), note)
+
+
+def _solved(scene: Scene, methods: dict[str, Any]) -> Solution:
+    solution = solve(scene, certify="none", **methods)
+    if isinstance(solution, History):
+        return solution[-1]
+    assert isinstance(solution, Solution)
+    return solution
+
+
+def _continued(scene: Scene, start: Solution) -> Scene:
+    """The step that goes on from a solution, also on other elements of the same sides."""
+    motion = scene.motion
+    assert isinstance(motion, Transient)
+    return replace(scene, motion=replace(motion, start=start, interpolate=True))
+
+
+def _with_forces(case: ContactCase, scene: Scene) -> Scene:
+    """The scene with forces that are parts of the normal force, which is solved for."""
+    if case.force_parts is None:
+        return scene
+    normal = _normal_force(scene, case.methods)
+    motion = scene.motion
+    forces = [None if part is None else part * normal for part in case.force_parts]
+    if case.mirrored and forces[0] is not None:
+        forces[0] = -forces[0]
+    names = ("Fx", "Fy")
+    if isinstance(motion, Transient):
+        given: dict[str, Any] = {
+            name: [force] for name, force in zip(names, forces, strict=True) if force is not None
+        }
+    else:
+        assert isinstance(motion, Steady | Shift)
+        given = {
+            name: force for name, force in zip(names, forces, strict=True) if force is not None
+        }
+    return replace(scene, motion=replace(motion, **given))
+
+
+def _normal_force(scene: Scene, methods: dict[str, Any]) -> float:
+    """The force at an approach, without tractions."""
+    approach = scene.approach
+    if isinstance(scene.motion, Transient):
+        approach = scene.motion.of("approach", 0)
+    bare = replace(
+        scene, motion=None, friction=None, third_body=None, thermal=None, approach=approach
+    )
+    normal = {name: value for name, value in methods.items() if name == "normal"}
+    return _solved(bare, normal).normal_force
+
+
+def values_of(case: ContactCase, solution: Solution) -> dict[str, float]:
+    """Forces, creepages or shifts, approach and largest pressure by CONTACT's names."""
+    sign = -1.0 if case.mirrored else 1.0
+    Fx, Fy = solution.force
+    values = {
+        "FN": solution.normal_force,
+        "FX": sign * float(Fx),
+        "FY": float(Fy),
+        "MZ": sign * solution.moment,
+        "APPROACH": solution.approach,
+        "PMAX": float(solution.pressure.max()),
+    }
+    motion = solution.motion
+    if motion is not None:
+        along_x, along_y = solution.creepage[:2]
+        name = "CREEP" if motion.rolls != 0 else "SHIFT"
+        if isinstance(motion, TimeStep) and motion.rolls == 0:
+            name = "SHIFT"
+        values |= {f"{name} X": sign * along_x, f"{name} Y": along_y}
+    temperature = solution.temperature if solution.scene.thermal is not None else None
+    if temperature is not None:
+        values["MAX(T1,T2)"] = float(np.max(temperature))
+    return values
