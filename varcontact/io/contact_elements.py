@@ -22,7 +22,7 @@ def elements_of(case: CaseInput) -> Grid:
     """The elements of IPOTCN = 1 to 4."""
     kind, group = case.entries["elements"]
     (ipotcn,) = kind.integers()
-    nx, ny = group.count(0), group.count(1)
+    nx, ny = (group.count(k) for k in (0, 1))
     x, y, dx, dy = (group.number(k) for k in range(2, 6))
     # the other end is given, that of the elements or of their centres
     if ipotcn == 2:
@@ -110,7 +110,7 @@ def hertzian(case: CaseInput, bodies: Bodies, load: dict[str, float]) -> tuple[A
     """Surface and elements of a Hertzian contact, IPOTCN = -1 to -3."""
     kind, group = case.entries["elements"]
     (ipotcn,) = kind.integers()
-    nx, ny = group.count(0), group.count(1)
+    nx, ny = (group.count(k) for k in (0, 1))
     first, second, scale = (group.number(k) for k in range(2, 5))
     with located(group):
         surface = _hertzian_surface(ipotcn, first, second, bodies)

@@ -171,25 +171,18 @@ class Controls:
         self._digits: dict[str, tuple[Digit, int, Group]] = {}
         for k, digits in enumerate(words):
             word = "".join(each.letter for each in digits)
-            optional = "[MATER2:i]" if k == 1 else ""
-            group = lines.read(f"{word}:w, {optional}")
+            group = lines.read(f"{word}:w, [MATER2:i]")
             self.group = self.group or group
-            text = group.values[0]
-            if not text.isdecimal() or len(text.lstrip("0")) > len(word):
-                group.refuse(
-                    word, repr(text), f"is not a control word of at most {len(word)} digits"
-                )
-            if optional and len(group.optional) == 1:
-                self.damping = int(group.optional[0])
-                if self.damping not in (0, 1, 2):
-                    group.refuse("M2 (MATER2)", self.damping, "is not 0, 1 or 2")
-            values = map(int, text.lstrip("0").zfill(len(word)))
+            if k == 1:
+                self.damping = _damping(group)
+            values = _values(word, group)
             for digit, value in zip(digits, values, strict=True):
                 self._digits[digit.name] = (digit, value, group)
                 if value not in digit.read and value not in digit.refused:
                     self.refuse(digit.name, "is not supported")
 
     def __getitem__(self, name: str) -> int:
+        """The value of a digit."""
         return self._digits[name][1]
 
     @property
@@ -214,6 +207,23 @@ class Controls:
                 self.refuse(name, f"is not supported: {digit.refused[value]}")
             if name == "MATER" and self.damping != 0:
                 group.refuse("M2 (MATER2)", self.damping, "is not supported: damping of the bodies")
+
+
+def _values(word: str, group: Group) -> list[int]:
+    """The digits of a control word; leading zeros may be left out, or be too many."""
+    digits = group.values[0].lstrip("0").zfill(len(word))
+    if not group.values[0].isdecimal() or len(digits) > len(word):
+        why = f"is not a control word of at most {len(word)} digits"
+        group.refuse(word, repr(group.values[0]), why)
+    return [int(digit) for digit in digits]
+
+
+def _damping(group: Group) -> int:
+    """MATER2 behind the second control word; 0 where it is left out."""
+    damping = int(group.option(0, 0.0))
+    if damping not in (0, 1, 2):
+        group.refuse("M2 (MATER2)", damping, "is not 0, 1 or 2")
+    return damping
 
 
 @dataclass(frozen=True)
@@ -254,10 +264,9 @@ def _new_material(c: Controls) -> bool:
 
 
 def _kinematics(c: Controls) -> str:
-    load = "FN" if c["NORM"] else "PEN"
-    along_x = "FX" if c["FORCE"] else "CKSI"
-    along_y = "FY" if c["FORCE"] == 2 else "CETA"
-    return f"{load}, {along_x}, {along_y}, CPHI, [SPINXO, SPINYO]"
+    load = ("PEN", "FN")[c["NORM"]]
+    rigid = ("CKSI, CETA", "FX, CETA", "FX, FY")[c["FORCE"]]
+    return f"{load}, {rigid}, CPHI, [SPINXO, SPINYO]"
 
 
 LAW_ENTRIES = {
@@ -329,6 +338,8 @@ PLANFORMS = {
     3: "two rectangles",
     4: "patches that feel each other in part",
 }
+PLANFORM_SIZES = {2: 6, 3: 8}
+"""Numbers of an ellipse, and of two rectangles."""
 
 
 def _distance(lines: Lines, c: Controls, known: Known) -> tuple[Group, ...]:
@@ -347,8 +358,8 @@ def _distance(lines: Lines, c: Controls, known: Known) -> tuple[Group, ...]:
         groups.append(lines.array("B", 8))
     else:
         groups.append(lines.array("H", _number_of_elements(c, known)))
-    if iplan in (2, 3):
-        groups.append(lines.array("P", 6 if iplan == 2 else 8))
+    if iplan in PLANFORM_SIZES:
+        groups.append(lines.array("P", PLANFORM_SIZES[iplan]))
     if iplan == 4:
         patches = lines.read("NPATCH:i")
         count = patches.count(0)
@@ -493,7 +504,7 @@ def _profile(lines: Lines, c: Controls, known: Known) -> tuple[Group, ...]:
     """A profile's file, and how it is smoothed."""
     file = lines.read("FNAME:s, MIRRORY:i, SCALE, SMOOTH, [MIRRORZ:i, PRFOPT:i]")
     groups = [file]
-    option = int(file.optional[1]) if len(file.optional) == 2 else 0
+    option = int(file.option(1, 0.0))
     if option >= 1:
         groups.append(lines.read("ISMOOTH:i, ZIGTHRS:a, KINKHIGH:a, KINKLOW:a, KINKWID"))
     if option >= 2:
@@ -502,20 +513,24 @@ def _profile(lines: Lines, c: Controls, known: Known) -> tuple[Group, ...]:
 
 
 def _track(c: Controls) -> str:
-    last = "CANT:a, [CURV]" if c["CONFIG"] <= 1 else "NOMRAD"
-    return f"GAUGHT, GAUGSQ or RAILY0, GAUGWD or RAILZ0, {last}"
+    rail = "GAUGHT, GAUGSQ or RAILY0, GAUGWD or RAILZ0"
+    if c["CONFIG"] <= 1:
+        return f"{rail}, CANT:a, [CURV]"
+    return f"{rail}, NOMRAD"
 
 
 def _position(c: Controls) -> str:
-    along = "S" if c["CONFIG"] <= 1 else "X"
-    height = "FZ" if c["NORM"] else "Z"
-    return f"{along}, Y, {height}, ROLL:a, YAW:a, PITCH:a"
+    height = ("Z", "FZ")[c["NORM"]]
+    if c["CONFIG"] <= 1:
+        return f"S, Y, {height}, ROLL:a, YAW:a, PITCH:a"
+    return f"X, Y, {height}, ROLL:a, YAW:a, PITCH:a"
 
 
 def _velocity(c: Controls) -> str:
-    speed = "VS" if c["CONFIG"] <= 1 else "VPITCH_ROL:a"
     last = {1: "FX", 2: "MY"}.get(c["FORCE"], "VPITCH:a")
-    return f"{speed}, VY, VZ, VROLL:a, VYAW:a, {last}"
+    if c["CONFIG"] <= 1:
+        return f"VS, VY, VZ, VROLL:a, VYAW:a, {last}"
+    return f"VPITCH_ROL:a, VY, VZ, VROLL:a, VYAW:a, {last}"
 
 
 def _new_wheel(c: Controls) -> bool:

@@ -27,7 +27,6 @@ from varcontact.io.contact_elements import (
 )
 from varcontact.io.contact_material import bodies_of, friction_of, layer_of, thermal_of
 from varcontact.io.contact_words import Group, located
-from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids
@@ -205,8 +204,7 @@ def cases_of(inputs: Sequence[CaseInput], strict: bool) -> list[ContactCase]:
     made: dict[int, _Case] = {}
     cases: list[ContactCase] = []
     for given in inputs:
-        before = None if given.before is None else made.get(given.before.number)
-        case = _Case(given, before)
+        case = _Case(given, made.get(given.before.number) if given.before else None)
         made[given.number] = case
         try:
             case.make()
@@ -241,11 +239,14 @@ class _Case:
 
     def contact_case(self) -> ContactCase:
         """The result."""
+        scene = self.scene
+        if self.reason:
+            scene = None
         return ContactCase(
             number=self.given.number,
             line=self.given.group.line,
             element=self.given.element,
-            scene=None if self.reason else self.scene,
+            scene=scene,
             reason=self.reason,
             methods=self.methods,
             mirrored=self.mirrored,
@@ -285,16 +286,20 @@ class _Case:
         """True where CONTACT steps by DX, whatever DQ says: in steady rolling, but for one
         solver.
         """
-        solver = self._kept_solver()
+        solver: _Case | None = self
+        while solver is not None and solver.controls["GAUSEI"] == 1:
+            solver = solver.before
         steady = self.controls["TANG"] == STEADY and self.given.calculated
-        return steady and solver != CONVEX_GS
+        return steady and (solver is None or solver.controls["GAUSEI"] != CONVEX_GS)
 
-    def _kept_solver(self) -> int:
-        """The solver of the digit G, or of the case from which it is kept."""
+    def _kept(self, digit: str, keeping: int) -> int:
+        """A digit, or that of the case from which it is kept; 0 where there is none."""
         case: _Case | None = self
-        while case is not None and case.controls["GAUSEI"] == 1:
+        while case is not None and case.controls[digit] <= keeping:
             case = case.before
-        return 0 if case is None else case.controls["GAUSEI"]
+        if case is None:
+            return 0
+        return case.controls[digit]
 
     def _roll(self) -> None:
         """Direction, step and velocity of rolling, given or kept."""
@@ -342,7 +347,8 @@ class _Case:
             kind.refuse("IPOTCN", ipotcn, "of a conformal contact is not supported")
         if self._keeps_hertz(ipotcn):
             assert self.before is not None
-            self.surface, self.grid = self.before.surface, self.before.grid
+            self.surface = self.before.surface
+            self.grid = self.before.grid
             return
         self.surface, self.grid = hertzian(self.given, self.bodies, self._load())
 
@@ -359,7 +365,7 @@ class _Case:
 
     def _inclination(self) -> dict[str, Any]:
         """Angles of the rows in conformal contact."""
-        if "conformal" not in self.entries or self._kept_influence() != 4:
+        if "conformal" not in self.entries or self._kept("INFLCF", 1) != 4:
             return {}
         head, pairs = self.entries["conformal"]
         if head.integers()[1] != 4:
@@ -370,12 +376,6 @@ class _Case:
         if np.any(np.diff(places) <= 0):
             pairs.refuse("Y", places[0], "does not ascend in the surface's inclinations")
         return {"inclination": np.interp(self.grid.y, places, angles)}
-
-    def _kept_influence(self) -> int:
-        case: _Case | None = self
-        while case is not None and case.controls["INFLCF"] <= 1:
-            case = case.before
-        return 0 if case is None else case.controls["INFLCF"]
 
     def _load(self) -> dict[str, float]:
         load = self.entries["kinematics"].number(0)
@@ -416,46 +416,58 @@ class _Case:
 
     def _scene(self) -> Scene:
         """The case alone; one that goes on from another begins without tractions."""
-        controls = self.controls
-        tang = controls["TANG"]
-        parts: dict[str, Any] = {"bodies": self.bodies, "surface": self.surface, "grid": self.grid}
-        parts["units"] = MM_N
-        parts["third_body"] = layer_of(self.given)
-        parts["thermal"] = thermal_of(self.given)
+        tang = self.controls["TANG"]
+        parts: dict[str, Any] = {
+            "bodies": self.bodies,
+            "surface": self.surface,
+            "grid": self.grid,
+            "units": MM_N,
+            "third_body": layer_of(self.given),
+            "thermal": thermal_of(self.given),
+        }
         if tang == NO_MOTION:
             if self.bodies.relaxes:
-                controls.complain("TANG", "with viscoelastic bodies needs steady rolling, T = 3")
+                self.controls.complain("TANG", "with viscoelastic bodies needs T = 3")
             return self._made(parts | self._load())
         self._check_continued()
         friction = friction_of(self.given, self.rolling[2], self.grid)
         rigid = self._rigid(friction)
+        if tang in (SHIFT, TRANSIENT):
+            self._check_step()
         if tang == STEADY:
-            return self._made(
-                parts | self._load() | {"friction": friction, "motion": self._steady(rigid)}
-            )
-        if tang == SHIFT and self.continues is None:
-            return self._made(
-                parts | self._load() | {"friction": friction, "motion": Shift(**rigid)}
-            )
+            parts["motion"] = self._steady(rigid)
+        elif tang == SHIFT and self.continues is None:
+            parts["motion"] = Shift(**rigid)
+        else:
+            return self._made(parts | self._step(rigid, friction))
+        return self._made(parts | self._load() | {"friction": friction})
+
+    def _check_step(self) -> None:
+        """Refuse what only steady rolling has here."""
+        if self.controls["EXRHS"] != 0:
+            self.controls.complain("EXRHS", "is not supported but in steady rolling, T = 3")
+        if self.bodies.relaxes or self.controls["HEAT"] != 0:
+            self.controls.complain("TANG", "with viscoelastic bodies or heat needs T = 3")
+
+    def _step(self, rigid: dict[str, Any], friction: Any) -> dict[str, Any]:
+        """Motion, surface and friction of one step in time."""
         direction, dq, _ = self.rolling
-        if tang == SHIFT:
-            direction, dq = 1, 0.0
+        if self.controls["TANG"] == SHIFT:
+            direction = 1
+            dq = 0.0
+        step: dict[str, Any] = {name: [value] for name, value in (rigid | self._load()).items()}
+        parts: dict[str, Any] = {}
+        if isinstance(friction, np.ndarray):
+            parts["friction"] = friction
+        else:
+            step["friction"] = [friction]
+        if self.spin_offset is not None:
+            step["spin_offset"] = self.spin_offset
         if isinstance(self.surface, Ellipse):  # whose curvatures must not change with the load
             contact = Scene(bodies=self.bodies, surface=self.surface, **self._load()).hertz
             assert contact is not None
             parts["surface"] = Paraboloids(Rx=contact.Rx, Ry=contact.Ry)
-        offset = {} if self.spin_offset is None else {"spin_offset": self.spin_offset}
-        motion = Transient(
-            steps=1,
-            dq=[dq],
-            direction=[direction],
-            **offset,
-            friction=[friction] if not isinstance(friction, np.ndarray) else None,
-            **{name: [value] for name, value in (rigid | self._load()).items()},
-        )
-        if isinstance(friction, np.ndarray):
-            parts["friction"] = friction
-        return self._made(parts | {"motion": motion})
+        return parts | {"motion": Transient(steps=1, dq=[dq], direction=[direction], **step)}
 
     def _made(self, parts: dict[str, Any]) -> Scene:
         with located(self.given.group):
@@ -464,7 +476,7 @@ class _Case:
     def _steady(self, rigid: dict[str, Any]) -> Steady:
         _, dq, velocity = self.rolling
         more: dict[str, Any] = {"dq": dq, "spin_offset": self.spin_offset}
-        if self.bodies.relaxes or ("heat 1" in self.entries and self.controls["HEAT"]):
+        if self.bodies.relaxes or self.controls["HEAT"] != 0:
             more["speed"] = velocity
         if self.controls["EXRHS"] != 0:
             (group,) = self.given.needs("extra slip", "EXRHS", "an extra rigid slip", "E = 9")
@@ -481,39 +493,39 @@ class _Case:
         """Creepages or shifts by the names of the motion; FX and FY, which the file has as parts of
         FSTAT FN, as forces.
         """
-        group: Group = self.entries["kinematics"]
-        _, first, second, spin = group.numbers()
+        first, second, spin = self._about_origin()
+        names = ("ux", "uy", "rotation")
+        if self.controls.rolls:
+            names = ("vx", "vy", "spin")
         count = self.controls["FORCE"]
-        if len(group.optional) == 2:
-            x, y = group.option(0, 0.0), group.option(1, 0.0)
-            if count == 0:
-                first += spin * y
-            if count != 2:
-                second -= spin * x
-        along_x, along_y, about_z = ("vx", "vy", "spin")
-        if not self.controls.rolls:
-            along_x, along_y, about_z = ("ux", "uy", "rotation")
-        if self.controls["EXRHS"] != 0 and self.controls["TANG"] != STEADY:
-            self.controls.complain("EXRHS", "is not supported but in steady rolling, T = 3")
-        part = 1.0
-        if not isinstance(friction, np.ndarray) and self.controls["VARFRC"] == 0:
-            part = friction.static if isinstance(friction, Law) else friction
-        given: dict[str, Any] = {about_z: spin}
         if count == 0:
-            return given | {along_x: first, along_y: second}
-        forces = (part * first, part * second if count == 2 else None)
-        if count == 1:
-            given[along_y] = second
+            return dict(zip(names, (first, second, spin), strict=True))
+        # forces as parts of the normal force
+        static = 1.0
+        if self.controls["VARFRC"] == 0:
+            static = getattr(friction, "static", friction)
+        given: dict[str, Any] = {names[2]: spin}
+        forces: dict[str, float] = {"Fx": static * first}
+        if count == 2:
+            forces["Fy"] = static * second
+        else:
+            given[names[1]] = second
         normal = self._normal_force()
         if normal is None:
-            self.force_parts = forces
+            self.force_parts = (forces["Fx"], forces.get("Fy"))
             return given
-        names = ("Fx", "Fy")[:count]
-        return given | {
-            name: each * normal
-            for name, each in zip(names, forces, strict=False)
-            if each is not None
-        }
+        return given | {name: part * normal for name, part in forces.items()}
+
+    def _about_origin(self) -> tuple[float, float, float]:
+        """CKSI or FX, CETA or FY, and CPHI, which may be given about another point."""
+        group: Group = self.entries["kinematics"]
+        _, first, second, spin = group.numbers()
+        if len(group.optional) == 2:
+            if self.controls["FORCE"] == 0:
+                first += spin * group.option(1, 0.0)
+            if self.controls["FORCE"] != 2:
+                second -= spin * group.option(0, 0.0)
+        return first, second, spin
 
     def _normal_force(self) -> float | None:
         """The normal force, where it is given or known by Hertz's formulas."""
@@ -590,26 +602,26 @@ STEP = ("vx", "vy", "spin", "ux", "uy", "rotation")
 
 def _history(scenes: Sequence[Scene]) -> Scene:
     """The scenes of single steps as one history."""
-    steps = [_step_of(scene) for scene in scenes]
+    motion = _joined([_step_of(scene) for scene in scenes])
+    surfaces = [scene.surface for scene in scenes]
+    if not all(_same(surface, surfaces[0]) for surface in surfaces):
+        motion["surface"] = surfaces
+    last = scenes[-1].motion
+    if isinstance(last, Transient):
+        motion["spin_offset"] = last.spin_offset
+    history = Transient(steps=len(steps), **motion)
+    return replace(scenes[0], normal_force=None, approach=None, friction=None, motion=history)
+
+
+def _joined(steps: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Entries of steps as those of a history."""
     motion: dict[str, Any] = {name: [step.get(name, 0.0) for step in steps] for name in STEP}
+    motion |= {name: [step[name] for step in steps] for name in ("dq", "direction", "friction")}
     for name in ("Fx", "Fy", "normal_force", "approach"):
         values = [step.get(name) for step in steps]
-        motion[name] = None if set(values) == {None} else values
-    surfaces = [scene.surface for scene in scenes]
-    if all(_same(surface, surfaces[0]) for surface in surfaces):
-        surfaces = None  # type: ignore[assignment]
-    first = scenes[0]
-    offset = {}
-    if isinstance(scenes[-1].motion, Transient):
-        offset["spin_offset"] = scenes[-1].motion.spin_offset
-    motion |= {name: [step[name] for step in steps] for name in ("dq", "direction", "friction")}
-    return replace(
-        first,
-        normal_force=None,
-        approach=None,
-        friction=None,
-        motion=Transient(steps=len(steps), surface=surfaces, **motion, **offset),
-    )
+        if set(values) != {None}:
+            motion[name] = values
+    return motion
 
 
 def _same(surface: Any, other: Any) -> bool:

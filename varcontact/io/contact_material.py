@@ -21,7 +21,9 @@ FALLING: dict[int, type[Any]] = {
     4: ExponentialFalling,
 }
 """Laws by slip velocity, by the digit L."""
-VISCOELASTIC, LAYERED = 1, 4
+VISCOELASTIC = 1
+LAYERED = 4
+"""Values of the digit M."""
 WATT = 1000.0
 """In N mm/s."""
 INFINITE_STRENGTH = 1e-10
@@ -131,34 +133,31 @@ def friction_law(law: int, group: Group, groups: tuple[Group, ...], velocity: fl
             group.refuse("FKIN", kinetic, why)
         return static
     distance, least = groups[-1].numbers()
-    memory = {"memory_distance": distance, "memory_velocity": least} if distance > 0 else {}
+    memory: dict[str, float] = {}
+    if distance > 0:
+        memory = {"memory_distance": distance, "memory_velocity": least}
     with located(group):
         if law == 6:
             return _by_temperature(group, values, memory)
-        kinetic, first, half, second, other_half = values
-        kind = FALLING[law]
-        if second == 0:
-            return _one_term(kind, kinetic, first, half, velocity, memory)  # type: ignore[no-any-return]
-        terms = [
-            kind(kinetic=0.0, static=each, half_velocity=at, velocity=1.0)
-            for each, at in ((first, half), (second, other_half))
-            if each > 0
-        ]
-
-        def falling(slip_velocity: np.ndarray) -> np.ndarray:
-            return np.asarray(kinetic + sum(term(slip_velocity) for term in terms))
-
-        return FrictionLaw(
-            kinetic + first + second, kinetic, [falling], velocity=velocity, **memory
-        )
+        return _falling(FALLING[law], values, velocity, memory)
 
 
-def _one_term(
-    kind: Any, kinetic: float, first: float, half: float, velocity: float, memory: Any
-) -> Any:
-    if first == 0 and not memory:
+def _falling(
+    kind: Any, values: list[float], velocity: float, memory: dict[str, float]
+) -> float | Law:
+    """A law of one or two terms that fall with the slip velocity."""
+    kinetic, first, half, second, other_half = values
+    if first == second == 0 and not memory:
         return kinetic
-    return kind(kinetic + first, kinetic, half, velocity, **memory)
+    if second == 0:
+        one: Law = kind(kinetic + first, kinetic, half, velocity, **memory)
+        return one
+    terms = [kind(each, 0.0, at) for each, at in ((first, half), (second, other_half)) if each > 0]
+
+    def falling(slip_velocity: np.ndarray) -> np.ndarray:
+        return np.asarray(kinetic + sum(term(slip_velocity) for term in terms))
+
+    return FrictionLaw(kinetic + first + second, kinetic, [falling], velocity=velocity, **memory)
 
 
 def _by_temperature(group: Group, values: list[float], memory: dict[str, float]) -> Law:

@@ -133,7 +133,9 @@ def _case(
 ) -> ContactOutput:
     """One case, from the line of its heading to the last."""
     case = int(heading[1])
-    element = None if heading[2] is None else int(heading[2])
+    element = None
+    if heading[2] is not None:
+        element = int(heading[2])
     side = None
     announced = None
     values: dict[str, float] = {}
@@ -147,27 +149,28 @@ def _case(
             side = wheel[1].lower()
             announced = int(wheel[2])
         elif patch := PATCH.match(line):
-            number = len(patches) + 1
-            if int(patch[1]) != number:
-                raise wrong_line(file, k + 1, f"begins contact patch {patch[1]}, not {number}")
+            _check_number(file, k, int(patch[1]), len(patches) + 1)
             table = {}
             patches.append(table)
         # a line of names, and the numbers below it
-        below = lines[k + 1] if k + 1 < last else ""
-        entries = _entries(file, k, line, below)
+        entries = _entries(file, k, line, "".join(lines[k + 1 : min(k + 2, last)]))
         if entries is None:
             numbers_only = None not in map(_value, line.split())
             of_profile = PROFILE.match(line) is not None or (of_profile and numbers_only)
         elif not of_profile:
             table |= entries
             table |= {name.removeprefix(CURVED): value for name, value in entries.items()}
-    if side is None and not patches and not _without_contact(lines[first:last]):
+    unprinted = not values and last < len(lines)  # O = 0, or its input stopped it
+    if side is None and not patches and not unprinted and not _without_contact(lines[first:last]):
         patches = [values]
-    if values or last == len(lines) or side is not None:
-        _check_patches(file, last, case, patches, announced)
-    else:  # nothing was asked for, O = 0, or its input stopped it
-        patches = []
+    _check_patches(file, last, case, patches, announced)
     return ContactOutput(case, element, side, values, tuple(patches))
+
+
+def _check_number(file: Path, k: int, number: int, expected: int) -> None:
+    """Refuse contact patches that are not numbered through."""
+    if number != expected:
+        raise wrong_line(file, k + 1, f"begins contact patch {number}, not {expected}")
 
 
 def _without_contact(lines: list[str]) -> bool:

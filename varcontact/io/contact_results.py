@@ -147,7 +147,9 @@ class ContactResult:
             grid=self.grid,
             units=MM_N,
         )
-        return ringed(scene) if 1 in self.grid.shape else scene
+        if 1 in self.grid.shape:
+            return ringed(scene)
+        return scene
 
     def _check_elastic(self) -> None:
         M = int(self.values["M"])

@@ -106,13 +106,15 @@ def number_of(text: str) -> float | None:
     if match is None:
         return None
     found = float(f"{match[1]}e{match[2] or match[3] or 0}")
-    return found if math.isfinite(found) else None
+    if math.isinf(found):
+        return None
+    return found
 
 
 def angle_of(text: str) -> float | None:
     """An angle in radians, or None."""
     text = text.lower()
-    found = number_of(text[:-1] if text.endswith(("d", "r")) else text)
+    found = number_of(text.removesuffix("d").removesuffix("r"))
     if found is not None and text.endswith("d"):
         return math.radians(found)
     return found
@@ -213,9 +215,9 @@ class Lines:
         """Refuse an array that is longer than the file, as damage may promise it."""
         left = 0
         for _, words in self.left:
-            for word in words:
-                repeated = REPEATED.match(word)
-                left += 1 if repeated is None else int(repeated[1])
+            left += len(words)
+            repeated = filter(None, map(REPEATED.match, words))
+            left += sum(int(each[1]) - 1 for each in repeated)
             if left >= count:
                 return
         if count > left:

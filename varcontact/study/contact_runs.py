@@ -8,14 +8,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.io.contact_elements import ringed
 from varcontact.io.contact_input import ContactCase
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
-from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
@@ -89,21 +87,24 @@ def _with_forces(case: ContactCase, scene: Scene) -> Scene:
     if case.force_parts is None:
         return scene
     normal = _normal_force(scene, case.methods)
+    along_x, along_y = case.force_parts
+    assert along_x is not None
+    forces = {"Fx": _sign(case) * along_x * normal}
+    if along_y is not None:
+        forces["Fy"] = along_y * normal
     motion = scene.motion
-    forces = [None if part is None else part * normal for part in case.force_parts]
-    if case.mirrored and forces[0] is not None:
-        forces[0] = -forces[0]
-    names = ("Fx", "Fy")
     if isinstance(motion, Transient):
-        given: dict[str, Any] = {
-            name: [force] for name, force in zip(names, forces, strict=True) if force is not None
-        }
-    else:
-        assert isinstance(motion, Steady | Shift)
-        given = {
-            name: force for name, force in zip(names, forces, strict=True) if force is not None
-        }
-    return replace(scene, motion=replace(motion, **given))
+        steps = {name: [force] for name, force in forces.items()}
+        return replace(scene, motion=replace(motion, **steps))  # type: ignore[arg-type]
+    assert isinstance(motion, Steady | Shift)
+    return replace(scene, motion=replace(motion, **forces))
+
+
+def _sign(case: ContactCase) -> float:
+    """Of what changes its sign with x."""
+    if case.mirrored:
+        return -1.0
+    return 1.0
 
 
 def _normal_force(scene: Scene, methods: dict[str, Any]) -> float:
@@ -120,7 +121,7 @@ def _normal_force(scene: Scene, methods: dict[str, Any]) -> float:
 
 def values_of(case: ContactCase, solution: Solution) -> dict[str, float]:
     """Forces, creepages or shifts, approach and largest pressure by CONTACT's names."""
-    sign = -1.0 if case.mirrored else 1.0
+    sign = _sign(case)
     Fx, Fy = solution.force
     values = {
         "FN": solution.normal_force,
@@ -133,11 +134,10 @@ def values_of(case: ContactCase, solution: Solution) -> dict[str, float]:
     motion = solution.motion
     if motion is not None:
         along_x, along_y = solution.creepage[:2]
-        name = "CREEP" if motion.rolls != 0 else "SHIFT"
-        if isinstance(motion, TimeStep) and motion.rolls == 0:
-            name = "SHIFT"
-        values |= {f"{name} X": sign * along_x, f"{name} Y": along_y}
-    temperature = solution.temperature if solution.scene.thermal is not None else None
-    if temperature is not None:
-        values["MAX(T1,T2)"] = float(np.max(temperature))
+        names = ("SHIFT X", "SHIFT Y")
+        if motion.rolls != 0:
+            names = ("CREEP X", "CREEP Y")
+        values |= dict(zip(names, (sign * along_x, along_y), strict=True))
+    if solution.scene.thermal is not None and solution.temperature is not None:
+        values["MAX(T1,T2)"] = float(solution.temperature[:, solution.pressure > 0].max())
     return values

@@ -203,7 +203,7 @@ class _Reader:
         height = {"vertical_force": place.number(2)}
         if controls["NORM"] == 0:
             height = {"z": place.number(2) - drop}
-        if place.names[2] != ("FZ" if controls["NORM"] else "Z"):
+        if place.names[2] != ("Z", "FZ")[controls["NORM"]]:
             controls.complain(
                 "NORM", "is another than the case before has, which is kept: use E >= 1"
             )
@@ -345,17 +345,11 @@ def _track(dimensions: Group, deviations: Group, rail: Any, side: Side) -> tuple
 
 
 def _irregularity(deviations: Group) -> Irregularity:
-    y, z = deviations.number(0), deviations.number(1)
-    lateral, vertical = deviations.number(3), deviations.number(4)
+    places = {"y": 0, "z": 1, "lateral": 3, "vertical": 4}
+    numbers = {name: deviations.number(k) for name, k in places.items()}
+    angles = {"roll": deviations.angle(2), "roll_rate": deviations.angle(5)}
     with located(deviations):
-        return Irregularity(
-            y=y,
-            z=z,
-            roll=deviations.angle(2),
-            lateral=lateral,
-            vertical=vertical,
-            roll_rate=deviations.angle(5),
-        )
+        return Irregularity(**numbers, **angles)
 
 
 def _profile(groups: tuple[Group, ...], kind: Kind, folder: Path) -> Any:
