@@ -609,7 +609,7 @@ def _history(scenes: Sequence[Scene]) -> Scene:
     last = scenes[-1].motion
     if isinstance(last, Transient):
         motion["spin_offset"] = last.spin_offset
-    history = Transient(steps=len(steps), **motion)
+    history = Transient(steps=len(scenes), **motion)
     return replace(scenes[0], normal_force=None, approach=None, friction=None, motion=history)
 
 
