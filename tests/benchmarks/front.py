@@ -7,7 +7,7 @@ import pandas as pd
 import varcontact as vc
 from tests.benchmarks.table import DOCS, Table
 from varcontact.solving.discretisation_variants import Way
-from varcontact.study.tradeoff import TARGETS, Tradeoff
+from varcontact.study.tradeoff import SECOND_ORDER, TARGETS, Tradeoff
 from varcontact.theories.on_grid import THEORIES
 
 STORE = Path("tradeoff.csv")
@@ -19,12 +19,16 @@ def measured(quick: bool) -> Tradeoff:
     """All ways on all reference scenes; quickly, some on those of line contact."""
     if not quick:
         return vc.tradeoff(store=STORE, progress=print)
-    bank = {
+    return vc.tradeoff(
+        of_lines(), [Way(cells=8), Way(cells=24), *(Way(accuracy=each) for each in TARGETS)]
+    )
+
+
+def of_lines() -> dict[str, vc.ContinuumValues]:
+    """The reference scenes of line contact."""
+    return {
         name: each for name, each in vc.continuum_values().items() if each.kind == "line contact"
     }
-    return vc.tradeoff(
-        bank, [Way(cells=8), Way(cells=24), *(Way(accuracy=each) for each in TARGETS)]
-    )
 
 
 def milliseconds(value: float) -> str:
@@ -94,4 +98,23 @@ def theories(quick: bool) -> Table:
     return Table(["theory", *kinds], [""] * (1 + len(kinds)), rows)
 
 
-TABLES = {"advice": advice, "accuracy": accuracy, "theories": theories}
+def linear(quick: bool) -> Table:
+    """Constant beside linear tractions in line contact: errors by family and elements across."""
+    cells = (8, 16) if quick else (4, 8, 12, 16, 24, 48)
+    ways = [
+        Way(cells=n, tractions=tractions, motion=motion)
+        for n in cells
+        for tractions in ("constant", "linear")
+        for motion in ((), SECOND_ORDER)
+    ]
+    runs = vc.tradeoff(of_lines(), ways).runs
+    runs = runs[runs["outcome"] == "answered"]
+    rows = []
+    for family, part in runs.groupby("family", sort=False):
+        errors = part.groupby("cells")["error"]
+        rows.append([family, *zip(100 * errors.median(), 100 * errors.max(), strict=True)])
+    head = ["tractions and difference", *(str(4 * n) for n in cells)]
+    return Table(head, ["", *["{:.2g} ({:.2g})"] * len(cells)], rows)
+
+
+TABLES = {"advice": advice, "accuracy": accuracy, "theories": theories, "linear": linear}

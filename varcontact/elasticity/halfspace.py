@@ -17,7 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.elasticity.operators import Homogeneous
-from varcontact.elasticity.potentials import KINDS, rectangle_potentials, strip_potentials
+from varcontact.elasticity.potentials import (
+    KINDS,
+    rectangle_potentials,
+    strip_potentials,
+    triangle_potentials,
+)
 from varcontact.scene.grid import Grid
 
 
@@ -72,6 +77,17 @@ def influence_numbers(
     >>> print(f"{B['zz'] * np.pi / 0.7 / 4:.6f} {np.arcsinh(1):.6f}")
     0.881374 0.881374
     """
+    forms = _forms(nu, K, components)
+    kinds = sorted({kind for form in forms.values() for kind in form})
+    if math.isinf(dy):
+        potentials = strip_potentials(x, 0.0, dx, depth)[[KINDS.index(kind) for kind in kinds]]
+    else:
+        potentials = rectangle_potentials(x, y, 0.0, dx, dy, kinds)
+    return _combined(forms, dict(zip(kinds, potentials / (np.pi * G), strict=True)))
+
+
+def _forms(nu: float, K: float, components: Iterable[str]) -> dict[str, dict[str, float]]:
+    """Influence numbers by the potentials, times pi G."""
     forms = {
         "xx": {"omega_xx": nu - 1, "omega_yy": -1},
         "yy": {"omega_xx": -1, "omega_yy": nu - 1},
@@ -83,16 +99,16 @@ def influence_numbers(
         "yz": {"chi_y": -K},
         "zy": {"chi_y": K},
     }
-    wanted = {name: forms[name] for name in components}
-    kinds = sorted({kind for form in wanted.values() for kind in form})
-    if math.isinf(dy):
-        potentials = strip_potentials(x, 0.0, dx, depth)[[KINDS.index(kind) for kind in kinds]]
-    else:
-        potentials = rectangle_potentials(x, y, 0.0, dx, dy, kinds)
-    derivatives = dict(zip(kinds, potentials / (np.pi * G), strict=True))
+    return {name: forms[name] for name in components}
+
+
+def _combined(
+    forms: dict[str, dict[str, float]], potentials: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Influence numbers from potentials by their kind."""
     return {
-        name: np.sum([derivatives[kind] * w for kind, w in form.items()], axis=0)
-        for name, form in wanted.items()
+        name: np.sum([potentials[kind] * w for kind, w in form.items()], axis=0)
+        for name, form in forms.items()
     }
 
 
@@ -108,8 +124,20 @@ class HalfSpaces(Homogeneous):
         self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
     ) -> dict[str, np.ndarray]:
         dx, dy = grid.sides
+        if grid.linear:
+            return self._of_triangle(dx, x, components)
         if grid.line:
             dy = math.inf
         return influence_numbers(
             x, y, dx, dy, nu=self.nu, K=self.K, depth=self.depth, components=components
         )
+
+    def _of_triangle(
+        self, dx: float, x: np.ndarray, components: Iterable[str]
+    ) -> dict[str, np.ndarray]:
+        """Influence numbers of tractions that are linear between the centres of strips."""
+        potentials = triangle_potentials(x, dx, self.depth)
+        nothing = np.zeros(np.shape(x))
+        every = dict.fromkeys(("omega_xy", "chi_y"), nothing) | potentials
+        scaled = {kind: values / np.pi for kind, values in every.items()}
+        return _combined(_forms(self.nu, self.K, components), scaled)

@@ -9,6 +9,7 @@ from typing import Any, Literal, Protocol, cast
 import numpy as np
 
 from varcontact import checks
+from varcontact.discrete.contact_grid import on_parts
 from varcontact.elasticity.layered import Stack
 from varcontact.elasticity.layered_field import (
     layered_element_stresses,
@@ -23,6 +24,8 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import SMALLER, need
 
 Body = Literal["upper", "lower", "rail", "wheel"] | int
+STRIPS = 16
+"""Strips of constant traction in an element of linear tractions, for stresses below."""
 NAMES = ("upper", "lower")
 """Of the bodies of a scene, the first with z >= 0; patches of wheels name theirs."""
 
@@ -142,7 +145,7 @@ def stress(solution: Solution | Patch, points: Any, body: Body = 1) -> Subsurfac
     over a width of one element is given. Stresses do not depend on G; in a rigid body they are the
     limit of a stiff one with its nu. In layers fields are transforms by wave number, exact to
     1e-11; on their surface those at a depth of 1e-6 of an element, at an interface those of the
-    lower layer.
+    lower layer. Linear tractions of line contact count as 16 strips an element.
 
     Examples
     --------
@@ -310,16 +313,30 @@ class BodyField:
 
     def at(self, points: np.ndarray) -> Any:
         """The field at points (3, n)."""
-        field = self._at(points, self.solution.grid, self.tractions)
+        field = self._at(points, *self._strips)
         return self._with_loads_beside(field, points)
 
     def below(self, depths: np.ndarray) -> Any:
         """The field at depths (n,) below all elements."""
         grid = self.solution.grid
         compute = layered_field_below if self.layered else field_below
-        field = compute(depths, grid, self.tractions, **self.constants)
         z, y, x = np.meshgrid(depths, grid.y, grid.x, indexing="ij")
-        return self._with_loads_beside(field, np.stack([x.ravel(), y.ravel(), z.ravel()]))
+        points = np.stack([x.ravel(), y.ravel(), z.ravel()])
+        if grid.linear:
+            return self.at(points)
+        field = compute(depths, grid, self.tractions, **self.constants)
+        return self._with_loads_beside(field, points)
+
+    @property
+    def _strips(self) -> tuple[Grid, np.ndarray]:
+        """Elements with constant tractions; strips where tractions are linear, with their means."""
+        grid = self.solution.grid
+        if not grid.linear:
+            return grid, self.tractions
+        wider = grid.extended()
+        tractions = np.pad(self.tractions, [(0, 0), (0, 0), (1, 1)])
+        cells = 1, STRIPS
+        return wider.divided(cells), on_parts(tractions, cells)
 
     def _at(self, points: np.ndarray, grid: Grid, tractions: np.ndarray) -> ElasticField:
         """The field at points (3, n) by tractions on a grid."""

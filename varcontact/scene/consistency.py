@@ -226,6 +226,7 @@ def _check_surfaces(scene: Scene) -> None:
     and on a plane.
     """
     grid = scene.grid
+    _check_tractions(scene)
     if isinstance(grid, Grid) and grid.line and not scene.line:
         raise SceneError("grid.ny", None, "given: only line contact has no rows")
     for name in ("spin", "rotation"):
@@ -241,6 +242,21 @@ def _check_surfaces(scene: Scene) -> None:
             raise SceneError("motion.surface", surface, allowed)
     if any(is_curved(surface) for surface in (scene.surface, *scene.surfaces)):
         _check_conformal(scene)
+
+
+def _check_tractions(scene: Scene) -> None:
+    """Tractions that are linear between the centres of elements are those of half-spaces that
+    touch, without heat.
+    """
+    if not scene.own_grid.linear:
+        return
+    others = {"bodies": scene.bodies, "third_body": scene.third_body, "thermal": scene.thermal}
+    if isinstance(scene.bodies, Bodies):
+        del others["bodies"]
+    for name, value in others.items():
+        if value is not None:
+            allowed = '"constant": linear ones are for half-spaces that touch, without heat'
+            raise SceneError("grid.tractions", f'"linear" with {name}', allowed)
 
 
 def _check_conformal(scene: Scene) -> None:
@@ -261,6 +277,8 @@ def _check_conformal(scene: Scene) -> None:
 
 def why_centres(scene: Scene) -> str:
     """The reason why elements at the contact's edge cannot count in part; empty where they can."""
+    if scene.own_grid.linear:
+        return "is for tractions that are constant in elements"
     if scene.coupled and not scene.frictionless:
         kind = f"unlike ({scene.difference})"
         if scene.conformal:

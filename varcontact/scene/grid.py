@@ -14,6 +14,8 @@ from varcontact.errors import SceneError
 Edge = Literal["centres", "touched", "softened"]
 """Treatments of the elements that the contact's edge cuts, see `Grid`."""
 EDGES = get_args(Edge)
+Tractions = Literal["constant", "linear"]
+"""Course of tractions in elements, see `Grid`."""
 Cells = tuple[int, int]
 """Equal parts of an element along y and along x."""
 
@@ -30,6 +32,7 @@ class Grid(
     y0=number,
     margin=partial(whole, least=0),
     edge=partial(choice, options=EDGES),
+    tractions=partial(choice, options=get_args(Tractions)),
 ):
     """The potential contact, divided into ``ny`` rows of ``nx`` equal
     rectangles; in line contact into ``nx`` strips.
@@ -67,6 +70,10 @@ class Grid(
         accurate forces on coarse grids, see `Scene.second_order`. "touched" and
         "softened" are for pressures that tractions do not change, and not for
         samples without coordinates.
+    tractions : {"constant", "linear"}
+        Course of pressures and tractions: constant in each element, as in CONTACT; or, in line
+        contact of half-spaces, linear between the centres of elements (the overlapping triangles of
+        Bentall and Johnson), zero from the next centre outside the contact on.
 
     Raises
     ------
@@ -102,6 +109,7 @@ class Grid(
     y0: float | None = None
     margin: int = 1
     edge: Edge = "centres"
+    tractions: Tractions = "constant"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -115,6 +123,12 @@ class Grid(
                         getattr(self, name),
                         "left out: without ny it is line contact, per unit length",
                     )
+        if self.linear and not self.line:
+            raise SceneError(
+                "grid.tractions", self.tractions, '"constant": linear ones are for line contact'
+            )
+        if self.linear and self.edge != "centres":
+            raise SceneError("grid.edge", self.edge, '"centres" with linear tractions')
         missing = [name for name in names if getattr(self, name) is None]
         if missing and len(missing) < len(names):
             raise SceneError(f"grid.{missing[0]}", None, f"given: {', '.join(names)} come together")
@@ -123,6 +137,11 @@ class Grid(
     def line(self) -> bool:
         """True for line contact: no rows."""
         return self.ny is None
+
+    @property
+    def linear(self) -> bool:
+        """True where tractions are linear between the centres of elements."""
+        return self.tractions == "linear"
 
     @property
     def explicit(self) -> bool:
@@ -226,7 +245,7 @@ class Grid(
         dx, dy, x0, y0 = self._lattice()
         rows, columns = cells
         parts = self._like(self.nx * columns, self.rows * rows, dx / columns, dy / rows, x0, y0)
-        return replace(parts, edge="centres")
+        return replace(parts, edge="centres", tractions="constant")
 
     def scaled(self, length: float) -> Grid:
         """The lattice in another unit of `length`, which is given in the old one."""
@@ -248,7 +267,7 @@ class Grid(
     def _like(self, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> Grid:
         """A lattice with the same edge; in line contact without rows."""
         if self.line:
-            return Grid(nx=nx, dx=dx, x0=x0, edge=self.edge)
+            return Grid(nx=nx, dx=dx, x0=x0, edge=self.edge, tractions=self.tractions)
         return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0, edge=self.edge)
 
 

@@ -339,7 +339,7 @@ def fits(scene: Scene) -> bool:
         return False
     if type(scene.bodies) is not Bodies or scene.bodies.coupled or scene.third_body is not None:
         return False
-    if scene.loaded or not _friction_fits(scene.friction):
+    if scene.loaded or scene.own_grid.linear or not _friction_fits(scene.friction):
         return False
     motion = scene.motion
     if isinstance(motion, Steady):

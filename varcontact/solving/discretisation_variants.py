@@ -8,7 +8,7 @@ belongs to.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from varcontact import checks
@@ -16,8 +16,9 @@ from varcontact.errors import SceneError
 from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import steps_that_count, values
 from varcontact.results.solution import Solution
+from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import why_centres
-from varcontact.scene.grid import Edge, Grid
+from varcontact.scene.grid import Edge, Grid, Tractions
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
@@ -40,7 +41,7 @@ class Way:
         is found for an `accuracy`.
     along : float
         Elements along x by those along y, except in line contact.
-    edge : str
+    edge, tractions : str
         As of `Grid`.
     coarser : int
         Elements across of a second, coarser grid, from which the values are
@@ -80,6 +81,7 @@ class Way:
     cells: int = 0
     along: float = 1.0
     edge: Edge = "centres"
+    tractions: Tractions = "constant"
     coarser: int = 0
     order: float = 1.0
     motion: tuple[tuple[str, Any], ...] = ()
@@ -94,8 +96,8 @@ class Way:
                 raise SceneError("options", name, "left out: give it as the accuracy of the way")
         if self.accuracy is not None:
             checks.positive("accuracy", self.accuracy)
-            of_a_grid = (self.cells, self.along, self.edge, self.coarser, self.order, self.motion)
-            if of_a_grid != (0, 1.0, "centres", 0, 1.0, ()):
+            of_a_grid = {each.name for each in fields(self)} - {"accuracy", "options"}
+            if any(getattr(self, name) != getattr(Way, name) for name in of_a_grid):
                 allowed = "the only choice of a grid: leave out what else describes one"
                 raise SceneError("accuracy", self.accuracy, allowed)
             return
@@ -119,6 +121,8 @@ class Way:
             return ", ".join(["accuracy", *parts])
         if "tangential" not in dict(self.options):
             parts.insert(0, self.edge)
+        if self.tractions != "constant":
+            parts.append(self.tractions)
         if self.coarser:
             parts.append(f"extrapolated{self._by_order}")
         if self.along != 1.0:
@@ -153,7 +157,8 @@ class Way:
             return scene
         margin = scene.own_grid.margin
         if scene.line:
-            grid = Grid(nx=STRIPS * cells, margin=margin, edge=self.edge)
+            strips = STRIPS * cells
+            grid = Grid(nx=strips, margin=margin, edge=self.edge, tractions=self.tractions)
         else:
             along = max(2, round(self.along * cells))
             grid = Grid(nx=along, ny=cells, margin=margin, edge=self.edge)
@@ -161,6 +166,17 @@ class Way:
         if isinstance(motion, Steady):
             motion = replace(motion, **dict(self.motion))
         return replace(scene, grid=grid, motion=motion)
+
+    def _why_not_grid(self, scene: Scene) -> str:
+        """Why its elements do not serve a scene."""
+        if self.edge != "centres" and why_centres(scene):
+            return f"the edge {self.edge!r} {why_centres(scene)}"
+        half_spaces = isinstance(scene.bodies, Bodies)
+        if self.tractions != "constant" and not (scene.line and half_spaces):
+            return "linear tractions are for line contact of half-spaces"
+        if self.edge == "softened" and isinstance(scene.motion, Transient):
+            return "the edge 'softened' is for steady rolling and shifts"
+        return ""
 
     def why_not(self, scene: Scene) -> str:
         """Why it does not serve a scene; empty where it does, as far as can be
@@ -170,13 +186,11 @@ class Way:
         ----------
         scene : Scene
         """
-        if self.edge != "centres" and why_centres(scene):
-            return f"the edge {self.edge!r} {why_centres(scene)}"
-        if self.edge == "softened" and isinstance(scene.motion, Transient):
-            return "the edge 'softened' is for steady rolling and shifts"
-        if scene.frictionless and (
-            self.edge != "centres" or self.motion or "tangential" in dict(self.options)
-        ):
+        why = self._why_not_grid(scene)
+        if why:
+            return why
+        tangential = self.edge != "centres" or "tangential" in dict(self.options)
+        if scene.frictionless and (tangential or self.motion):
             return "nothing rubs: the same as with elements by their centres"
         if self.motion and not isinstance(scene.motion, Steady):
             return f"{self.motion[0][0]} is for steady rolling"

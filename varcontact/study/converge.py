@@ -64,7 +64,7 @@ def converge(
     Parameters
     ----------
     scene : Scene
-        Its grid is replaced, but for margin and edge. Friction must be a
+        Its grid is replaced, but for margin, edge and course of tractions. Friction must be a
         number, a sampled distance have coordinates.
     cells : iterable of int
         Elements across the contact in both directions, increasing; three grids
@@ -230,12 +230,17 @@ def _rows(
 
 
 def _spec(scene: Scene, elements: int) -> Grid:
-    """A grid with the scene's margin and edge, one more where the contact is not known exactly."""
+    """A grid with the scene's margin, edge and course of tractions, one more where the contact is
+    not known exactly.
+    """
     own = scene.grid if isinstance(scene.grid, Grid) else Grid(nx=1)
     margin = own.margin
     if scene.hertz is None or scene.coupled:
         margin = margin + 1
-    return Grid(nx=elements, ny=None if scene.line else elements, margin=margin, edge=own.edge)
+    grid = Grid(nx=elements, margin=margin, edge=own.edge, tractions=own.tractions)
+    if scene.line:
+        return grid
+    return replace(grid, ny=elements)
 
 
 def contact_of(scene: Scene) -> Box:

@@ -70,8 +70,18 @@ def default_ways() -> list[Way]:
             for m, n in pairs[1:]
         ),
         *(Way(cells=n, motion=SECOND_ORDER) for n in CELLS),
+        *_linear_ways(),
         *(Way(cells=n, options=(("tangential", each),)) for each in THEORIES for n in (10, 20)),
         *(Way(accuracy=each) for each in TARGETS),
+    ]
+
+
+def _linear_ways() -> list[Way]:
+    """Linear tractions, of line contact."""
+    return [
+        Way(cells=n, tractions="linear", motion=motion)
+        for motion in ((), SECOND_ORDER)
+        for n in CELLS
     ]
 
 
