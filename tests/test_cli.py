@@ -278,6 +278,34 @@ def test_import_is_light():
     assert done.stdout.strip() == "[]"
 
 
+def test_a_small_solve_imports_no_more_than_it_needs():
+    """Other solvers, grids for an accuracy, time stepping, files, and SciPy's rooms for these."""
+    unused = (
+        "scipy.interpolate",
+        "scipy.optimize",
+        "scipy.sparse",
+        "filelock",
+        "varcontact.io",
+        "varcontact.plotting",
+        "varcontact.results.linearised",
+        "varcontact.solvers.conic.programs",
+        "varcontact.solvers.newton",
+        "varcontact.solvers.splitting",
+        "varcontact.solving.adaptive",
+        "varcontact.solving.time_step",
+    )
+    code = f"""
+import sys
+import varcontact as vc
+vc.solve(vc.Scene(
+    bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=8, ny=8)))
+print([name for name in {unused} if name in sys.modules])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 def test_a_solve_without_a_picture_imports_nothing_that_draws(folder):
     command = [sys.executable, "-X", "importtime", "-m", "varcontact", "solve", "scene.toml"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)

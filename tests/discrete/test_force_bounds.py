@@ -259,19 +259,22 @@ def test_full_up_to_a_stated_size(rolling, monkeypatch):
     assert vc.certify(scene, vc.solve(scene).traction).level == "full"
 
 
-def test_bounds_of_newton_are_computed_when_they_are_asked_for(rolling, monkeypatch):
-    """The same bounds, once; what is asked for in full is there at once; a solution can be pickled
-    before and after.
+@pytest.mark.parametrize("method", ["newton", "fastsim", "polach"])
+def test_bounds_are_computed_when_they_are_asked_for(rolling, monkeypatch, method):
+    """By methods that take less time than the bounds: the same bounds, once; in full they are there
+    at once; a solution can be pickled before and after.
     """
     asked, compute = [], certificate.force_bound
     monkeypatch.setattr(
         certificate, "force_bound", lambda *given: asked.append(1) or compute(*given)
     )
     lazy, full = (
-        vc.solve(rolling(), tangential="newton", certify=level).certificate
+        vc.solve(rolling(), tangential=method, certify=level).certificate
         for level in ("auto", "full")
     )
-    assert len(asked) == 1 and lazy.level == "full"
+    assert len(asked) == 1
+    assert lazy.level == "full"
+    assert np.isnan(full.force_bound[2]) == (method == "polach")
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(lazy)).force_bound, full.force_bound)
     np.testing.assert_array_equal(lazy.force_bound, full.force_bound)
     np.testing.assert_array_equal(

@@ -91,8 +91,8 @@ class Certificate:
         alone.
     bounds : ForceBounds or callable
         The bounds on the forces, or what computes them. Newton's method without
-        a matrix is faster than that: by default they are computed after it when
-        they are first asked for.
+        a matrix and theories are faster than that: by default they are computed
+        after these when they are first asked for.
     """
 
     gap: float
@@ -134,9 +134,11 @@ class Certificate:
 
     def without_moment(self) -> Certificate:
         """The certificate of tractions by a theory without a moment: NaN bounds it."""
-        return replace(
-            self, bounds=ForceBounds(self.force_bound * [1.0, 1.0, np.nan], self.pressure_part)
-        )
+        return replace(self, bounds=self._bounds_of_forces)
+
+    def _bounds_of_forces(self) -> ForceBounds:
+        """The bounds with NaN for the moment."""
+        return ForceBounds(self.force_bound * [1.0, 1.0, np.nan], self.pressure_part)
 
     @property
     def pressure_part(self) -> np.ndarray:
@@ -182,10 +184,11 @@ def certificate_of(
     if level == "auto":
         level = _level_by_size(tangential)
     # normal problem, under the final tractions
-    normal_error = normal_residual(normal, pressure, approach)
+    elastic = normal.operator.apply(pressure[None])[0]
+    normal_error = normal_residual(normal, pressure, approach, elastic)
     absolute = relative_gap = normal_relative = np.nan
     if level != "none":
-        absolute, normal_relative = normal_gap(normal, pressure, approach)
+        absolute, normal_relative = normal_gap(normal, pressure, approach, elastic)
         relative_gap = normal_relative
     # tangential problem, under the final pressure
     if tangential is None:

@@ -11,15 +11,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from varcontact.checks import Checked, number, poisson_ratio, positive
 from varcontact.elasticity.layered import CUT, Stack, half_space
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Relaxations, Stratified
 from varcontact.system.process import lazy_property
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 SLICES = 160
 """Slices of the coarser of two stacks: the compliance is exact to 1e-4
@@ -156,6 +159,8 @@ class GradedStack(Stack):
         """The compliance over the logarithm of wave numbers, and the least and the largest of
         these.
         """
+        from scipy.interpolate import CubicSpline
+
         deepest = sum(h for h, _, _ in self.layers)
         least = 1e-3 / deepest
         largest = CUT / self.thickness

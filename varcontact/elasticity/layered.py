@@ -25,7 +25,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy import special
 
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.operators import Homogeneous
@@ -248,6 +247,8 @@ def wave_numbers(thickness: float, near: float, far: float) -> tuple[np.ndarray,
     k = (left[:-1, None] + half * (1 + _PANEL_POINTS)).ravel()
     weights = (half * _PANEL_WEIGHTS).ravel()
     if smooth:
+        from scipy import special
+
         weights = weights * special.erfc(near * k / 12 - 6) / 2
     return k, weights
 
@@ -261,6 +262,8 @@ def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray,
     and I1[kappa] with Bessel functions; those of line loads are of alpha, beta and gamma with
     cosines, 0 at the last edge, and of kappa with sines.
     """
+    from scipy import special
+
     edges = np.concatenate([[0.0], pair.thickness * 2.0 ** np.arange(doublings + 1)])
     nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
     coefficients = np.empty((doublings + 1, DEGREE + 1, 4))
@@ -372,6 +375,8 @@ def _displacement_at_zero(
     """Additions to displacements along x, y, z of line loads where these count as zero: at the
     depth, or on bases that do not move.
     """
+    from scipy import special
+
     distances = np.array([pair.depth, pair.thickness])
     at_depth, near = _kernel_values(edges, coefficients, distances, [0, 1, 2]).T
     # on a base: integrals of symbols times cos(k h)/(pi k), less those of half-spaces

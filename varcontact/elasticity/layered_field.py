@@ -14,7 +14,6 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
-from scipy import special
 
 from varcontact.elasticity.layered import (
     DEGREE,
@@ -245,6 +244,8 @@ def _transforms(
     stack: Stack, depth: float, edges: np.ndarray, used: list[tuple[int, ...]], line: bool
 ) -> np.ndarray:
     """Chebyshev coefficients of the functions' transforms over each interval of distances."""
+    from scipy import special
+
     nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
     coefficients = np.empty((len(edges) - 1, DEGREE + 1, len(used)))
     for i, (near, far) in enumerate(pairwise(edges)):

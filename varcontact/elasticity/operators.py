@@ -306,7 +306,7 @@ class RestrictedOperator:
         made: T = self._made[name]
         return made
 
-    @property
+    @lazy_property
     def matrix(self) -> np.ndarray:
         """Dense matrix, (rows * n, columns * n), assembled once."""
         return self.once("matrix", self._assembled)
@@ -343,7 +343,7 @@ class RestrictedOperator:
         centre = table[:, :, table.shape[2] // 2, table.shape[3] // 2]
         return float(np.trace(centre) / centre.shape[0])
 
-    @property
+    @lazy_property
     def row_size(self) -> float:
         """Root mean square of the Euclidean lengths of the matrix's rows."""
         return self.once("row size", self._size_of_rows)

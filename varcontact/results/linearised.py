@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
 
 from varcontact import checks
 from varcontact.discrete.discretisation import Discretisation, discretise
@@ -234,6 +233,8 @@ class Linearised:
         fields[:, :2, self.slip] = self.across * unknowns[stuck:].T[:, None]
         if self.normal is None or (loads is None and self.disc.K == 0):
             return changes
+        from scipy.linalg import lu_solve
+
         # pressures and approach that the loads and the tractions give
         right = np.zeros((self.with_pressure.size + 1, count), complex)
         if loads is not None:
@@ -487,6 +488,8 @@ def _normal_factors(
         dense = disc.operators.traction_to_distance.dense(with_pressure, slip)
         grown = np.einsum("min,in->mn", dense.reshape(m, 2, -1), growing[:, slip])
         system[:m, np.searchsorted(with_pressure, slip)] += grown
+    from scipy.linalg import lu_factor
+
     factors: tuple[np.ndarray, np.ndarray] = lu_factor(system, overwrite_a=True)
     return factors
 

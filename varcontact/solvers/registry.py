@@ -14,9 +14,6 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.backends import PROGRAM_SOLVERS, ProgramSolver, unlisted
 from varcontact.solvers.interface import Settings, counted
-from varcontact.solvers.newton.normal import newton_normal
-from varcontact.solvers.newton.tangential import newton_tangential
-from varcontact.solvers.splitting.method import splitting_normal, splitting_tangential
 from varcontact.system.process import imported
 
 Kind = Literal["normal", "tangential"]
@@ -108,6 +105,38 @@ def _tang_safeguarded(
     return tang_safeguarded(problem, start, settings=settings)
 
 
+def _newton_normal(
+    problem: NormalProblem, settings: Settings, start: RawSolution | None
+) -> RawSolution:
+    from varcontact.solvers.newton.normal import newton_normal
+
+    return newton_normal(problem, settings, start)
+
+
+def _newton_tangential(
+    problem: TangentialProblem, settings: Settings, start: RawSolution | None
+) -> RawSolution:
+    from varcontact.solvers.newton.tangential import newton_tangential
+
+    return newton_tangential(problem, settings, start)
+
+
+def _splitting_normal(
+    problem: NormalProblem, settings: Settings, start: RawSolution | None
+) -> RawSolution:
+    from varcontact.solvers.splitting.method import splitting_normal
+
+    return splitting_normal(problem, settings, start)
+
+
+def _splitting_tangential(
+    problem: TangentialProblem, settings: Settings, start: RawSolution | None
+) -> RawSolution:
+    from varcontact.solvers.splitting.method import splitting_tangential
+
+    return splitting_tangential(problem, settings, start)
+
+
 def of_program(kind: Kind, solver: ProgramSolver) -> SolverSpec:
     """A solver of programs as one of normal or of tangential problems."""
 
@@ -131,15 +160,15 @@ SOLVERS: dict[tuple[Kind, str], SolverSpec] = {
     for spec in (
         SolverSpec("norm", "normal", _norm("set"), falls_back=True),
         SolverSpec("norm-single", "normal", _norm("one")),
-        SolverSpec("newton", "normal", newton_normal, matrix_free=True, falls_back=True),
-        SolverSpec("splitting", "normal", splitting_normal, matrix_free=True),
+        SolverSpec("newton", "normal", _newton_normal, matrix_free=True, falls_back=True),
+        SolverSpec("splitting", "normal", _splitting_normal, matrix_free=True),
         SolverSpec("tang", "tangential", _tang("inexact"), restarts=True),
         SolverSpec("tang-exact", "tangential", _tang("exact"), restarts=True),
         SolverSpec(
             "tang-safeguarded", "tangential", _tang_safeguarded, restarts=True, falls_back=True
         ),
-        SolverSpec("newton", "tangential", newton_tangential, matrix_free=True, falls_back=True),
-        SolverSpec("splitting", "tangential", splitting_tangential, matrix_free=True),
+        SolverSpec("newton", "tangential", _newton_tangential, matrix_free=True, falls_back=True),
+        SolverSpec("splitting", "tangential", _splitting_tangential, matrix_free=True),
         *(of_program("normal", solver) for solver in PROGRAM_SOLVERS.values()),
         *(of_program("tangential", solver) for solver in PROGRAM_SOLVERS.values()),
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +19,9 @@ from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState
 from varcontact.errors import Saturated, SceneError, VarcontactError
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.coupled import CoupledProblem, newton_coupled
+
+if TYPE_CHECKING:
+    from varcontact.solvers.newton.coupled import CoupledProblem
 
 SLOW_PASS = 0.2
 """Part of the residual that a pass leaves, above which it is slow: from then on passes are
@@ -234,6 +236,8 @@ def coupled_newton(
     In conformal contact they bear the normal force along the normal of the plane, and the approach
     is then given.
     """
+    from varcontact.solvers.newton.coupled import newton_coupled
+
     tangential = disc.tangential_problem(state.pressure)
     if tangential.size == 0 or not np.any(state.traction):
         return disc, state
@@ -292,6 +296,8 @@ def _coupled_problem(
     """The problem of pressure and tractions in the directions of the tangential problem, at the
     approach where no force is prescribed.
     """
+    from varcontact.solvers.newton.coupled import CoupledProblem
+
     directions = tangential.directions
     operators = disc.operators
     normal_force = None

@@ -11,7 +11,6 @@ import numpy as np
 from varcontact.checks import file_name
 from varcontact.discrete.contact_grid import PotentialContact, common_grid
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-from varcontact.io.history import Stored
 from varcontact.results.history import History, heat_of, heat_so_far
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -22,7 +21,6 @@ from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.on_grid import solve_contact
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.time_step import largest_contacts, time_stepping
-from varcontact.solving.verify import with_verified_steps
 from varcontact.system.process import need
 
 STEP_BYTES_PER_ELEMENT = 65.0
@@ -44,6 +42,9 @@ def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
     solver = replace(options.solver(scene), refined=True)
     settings = {"tol": solver.tol, "polish": solver.polish}
     if options.store is not None:
+        from varcontact.io.history import Stored
+        from varcontact.solving.verify import with_verified_steps
+
         file = file_name("store", options.store)
         with Stored.recording(file, scene, solver.plan, settings) as recording:
             stored = with_verified_steps(recording)

@@ -500,7 +500,9 @@ def _certified(
     of the certificate, which may tell why.
     """
     plan = solver.plan
-    lazily = plan.matrix_free("tangential") and solver.certify == "auto"
+    # bounds take the dense matrix, and often longer than a method without it
+    without_matrix = plan.matrix_free("tangential") or plan.theory is not None
+    lazily = without_matrix and solver.certify == "auto"
     with solver.stats.stage("certificate"):
         certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
     residual = _residual_of_plan(plan, disc, state, certificate)

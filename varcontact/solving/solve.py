@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Unpack, overload
+from typing import TYPE_CHECKING, Unpack, overload
 
 import numpy as np
 
@@ -14,20 +14,20 @@ from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.stick_slip import with_implied_fields
 from varcontact.errors import PlausibilityWarning, SceneError
-from varcontact.results.frequency import HarmonicSolution, harmonic_solution
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Harmonic, Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solving import adaptive
 from varcontact.solving.given_pressure import check_placed, contact_under, field_of
-from varcontact.solving.history import solve_transient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, Options, SolveOptions
 from varcontact.solving.own_solvers import SolverChoice
 from varcontact.solving.selection import CouplingName, Methods, select
 from varcontact.system.process import one_blas_thread
+
+if TYPE_CHECKING:
+    from varcontact.results.frequency import HarmonicSolution
 
 
 @overload
@@ -255,15 +255,22 @@ def solve(
     )
     for doubt in scene.doubts:
         warnings.warn(doubt, PlausibilityWarning, stacklevel=4)
+    answer: Solution | History
     if options.target is not None:
-        answer: Solution | History = adaptive.solve(free, options)
+        from varcontact.solving import adaptive
+
+        answer = adaptive.solve(free, options)
     elif isinstance(free.motion, Transient):
+        from varcontact.solving.history import solve_transient
+
         answer = solve_transient(free, options)
     else:
         answer = solve_on_grid(free, options)
     if isinstance(answer, Solution):
         answer = replace(answer, warnings=(*scene.doubts, *answer.warnings))
     if swings:
+        from varcontact.results.frequency import harmonic_solution
+
         return harmonic_solution(scene, answer)
     return answer
 

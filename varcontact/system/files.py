@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import os
 import re
-import socket
 import stat
 import sys
 import tempfile
@@ -22,8 +21,6 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any, BinaryIO
-
-from filelock import FileLock, Timeout
 
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError, shortened
@@ -125,6 +122,10 @@ def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]
     The lock is on a file of its own, `beside` the other one, which may itself be replaced
     meanwhile.
     """
+    import socket
+
+    from filelock import FileLock, Timeout
+
     lock = beside(path.resolve(), "lock")
     name = f"process {os.getpid()} on {socket.gethostname()}"
     kernel = FileLock(lock, timeout=patience, poll_interval=0.02, thread_local=False)

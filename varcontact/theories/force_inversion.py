@@ -107,6 +107,8 @@ def creepage_carrying(
     size = float(np.hypot(Fx or 0.0, Fy or 0.0))
     if size >= carried:
         raise Saturated(size, carried)
+    if Fx is None and Fy is None:
+        return creepage
     vx, vy, spin = (float(value) for value in creepage)
 
     def at(x: float, y: float) -> np.ndarray:

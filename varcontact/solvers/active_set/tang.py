@@ -25,7 +25,6 @@ from varcontact.solvers.interface import (
     ignored,
     natural_residual,
 )
-from varcontact.solvers.splitting.method import splitting_tangential
 from varcontact.solvers.trace import Follower
 from varcontact.system.process import interruptible
 
@@ -319,6 +318,8 @@ def _further_starts(
     """Starts for another descent, with the Newton steps they took: TANG, where forces are
     prescribed, then splitting to smaller and smaller residuals.
     """
+    from varcontact.solvers.splitting.method import splitting_tangential
+
     if problem.free:
         inexact: TangentialSolver = counted(
             "tang",

@@ -12,23 +12,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.solvers.conic.languages import (
-    for_clarabel,
-    for_cvxpy,
-    for_osqp,
-    for_qpsolvers,
-    for_scs,
-    rows_of_kinds,
-)
-from varcontact.solvers.conic.programs import ConicProgram, normal_program, tangential_program
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.trace import Reporter
 from varcontact.system.process import imported, interruptible
+
+if TYPE_CHECKING:
+    from varcontact.solvers.conic.programs import ConicProgram
 
 
 @dataclass(frozen=True)
@@ -153,6 +147,8 @@ class ProgramSolver:
 
     def normal(self, problem: NormalProblem, settings: Settings) -> RawSolution:
         """The normal problem through its QP."""
+        from varcontact.solvers.conic.programs import normal_program
+
         formulation = "potential" if settings.formulation == "potential" else "complementary"
         if not problem.symmetric:
             formulation = "gap"
@@ -165,6 +161,8 @@ class ProgramSolver:
         Without a formulation: complementary energy for a symmetric problem (a shift, a step of a
         march), else the gap.
         """
+        from varcontact.solvers.conic.programs import tangential_program
+
         formulation = settings.formulation
         if formulation not in FORMULATIONS:
             formulation = "complementary" if problem.symmetric else "gap"
@@ -178,6 +176,8 @@ def _options(name: str, tol: float) -> dict[str, Any]:
 
 def _by_clarabel(program: ConicProgram, settings: Settings) -> RawSolution:
     import clarabel
+
+    from varcontact.solvers.conic.languages import for_clarabel
 
     options = clarabel.DefaultSettings()
     options.verbose = False
@@ -205,6 +205,8 @@ def _by_osqp(program: ConicProgram, settings: Settings) -> RawSolution:
     """OSQP, without cones of two components."""
     import osqp
 
+    from varcontact.solvers.conic.languages import for_osqp
+
     solver = osqp.OSQP()
     program = program.polyhedral()
     options = {
@@ -225,6 +227,8 @@ def _by_osqp(program: ConicProgram, settings: Settings) -> RawSolution:
 def _by_scs(program: ConicProgram, settings: Settings) -> RawSolution:
     import scs
 
+    from varcontact.solvers.conic.languages import for_scs
+
     data, cone = for_scs(program)
     options = {
         "verbose": False,
@@ -244,6 +248,8 @@ def _by_scs(program: ConicProgram, settings: Settings) -> RawSolution:
 
 def _by_qpsolvers(name: str, program: ConicProgram, settings: Settings) -> RawSolution:
     """A solver behind qpsolvers, without cones of two components."""
+    from varcontact.solvers.conic.languages import for_qpsolvers
+
     qpsolvers = imported("qpsolvers")
     program = program.polyhedral()
     equal = program.kinds == "zero"
@@ -271,6 +277,8 @@ def _by_qpsolvers(name: str, program: ConicProgram, settings: Settings) -> RawSo
 
 def _by_cvxpy(name: str, program: ConicProgram, settings: Settings) -> RawSolution:
     """A solver behind CVXPY."""
+    from varcontact.solvers.conic.languages import for_cvxpy, rows_of_kinds
+
     cp = imported("cvxpy")
     program = program.polyhedral()
     problem = for_cvxpy(program)
