@@ -120,16 +120,10 @@ def creepage_carrying(
             return vy
         return _root(lambda y: float(at(x, y)[1]) - Fy, unit)
 
-    # both at once by Powell's hybrid method, which may fail near saturation
     if Fx is not None and Fy is not None:
-        from scipy.optimize import root
-
-        def excess(scaled: np.ndarray) -> np.ndarray:
-            return (at(*(unit * scaled)) - (Fx, Fy)) / carried
-
-        hybrid = root(excess, np.zeros(2), tol=1e-13, options=HYBRID)
-        if np.all(np.abs(hybrid.fun) < 1e-11):
-            return np.array([*(unit * hybrid.x), spin])
+        both = _both_at_once(at, np.array([Fx, Fy]), unit, carried)
+        if both is not None:
+            return np.array([*both, spin])
     # one inside the other
     x = vx
     if Fx is not None:
@@ -141,6 +135,23 @@ def creepage_carrying(
     if error > 1e-9 * carried:
         raise NotConverged("no creepages found for the prescribed force", error / carried)
     return np.array([x, y, spin])
+
+
+def _both_at_once(
+    at: Callable[[float, float], np.ndarray], forces: np.ndarray, unit: float, carried: float
+) -> np.ndarray | None:
+    """vx and vy of two prescribed forces by Powell's hybrid method, which may fail near
+    saturation.
+    """
+    from scipy.optimize import root
+
+    def excess(scaled: np.ndarray) -> np.ndarray:
+        return np.asarray((at(*(unit * scaled)) - forces) / carried)
+
+    hybrid = root(excess, np.zeros(2), tol=1e-13, options=HYBRID)
+    if np.any(np.abs(hybrid.fun) >= 1e-11):
+        return None
+    return np.asarray(unit * hybrid.x)
 
 
 def _root(excess: Callable[[float], float], unit: float) -> float:
