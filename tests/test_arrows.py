@@ -23,6 +23,7 @@ ORDER = (
     {"results", "plotting", "io"},
     {"solving"},
     {"study", "data"},
+    {"benchmark"},
     {"plasticity"},
     {"kinematics"},
     {"wheel_rail"},

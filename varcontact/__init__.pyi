@@ -2,6 +2,8 @@
 
 from . import kinematics, reference, wheel_rail
 from . import theories as theories
+from .benchmark.comparison import SolverComparison, benchmark_solvers
+from .benchmark.problem_set import BenchmarkProblem, benchmark_problems
 from .data.benchmark_scenes import standard_bank, unlike_bank
 from .discrete.certificate import Certificate
 from .elasticity.graded import Graded
@@ -72,6 +74,7 @@ __version__: str
 __all__ = [
     "MM_N",
     "SI",
+    "BenchmarkProblem",
     "Bodies",
     "BodyPair",
     "Carried",
@@ -122,6 +125,7 @@ __all__ = [
     "Shift",
     "Sizes",
     "Solution",
+    "SolverComparison",
     "SolverUnavailable",
     "Standing",
     "StaticKinetic",
@@ -140,6 +144,8 @@ __all__ = [
     "Viscoelastic",
     "Winkler",
     "WorkersLost",
+    "benchmark_problems",
+    "benchmark_solvers",
     "certify",
     "compare",
     "continuum_values",

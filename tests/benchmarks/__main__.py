@@ -27,6 +27,7 @@ GROUPS = (
     "claims",
     "shakedown",
     "splitting",
+    "solvers",
 )
 
 

@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from varcontact import __version__
+from varcontact.cli.benchmark import benchmark
 from varcontact.cli.compare import compare, converge, tradeoff
 from varcontact.cli.options import METHODS
 from varcontact.cli.profiles import profiles
@@ -39,6 +40,10 @@ COMMANDS: dict[Any, tuple[str, str]] = {
     tradeoff: (
         "Measure errors and cost.",
         'tradeoff --class "line contact" --methods auto,fastsim --cells 8,16',
+    ),
+    benchmark: (
+        "Compare solvers on the package's set of problems.",
+        "benchmark --quick --solver splitting --solver mine:my_solver --out mine.csv",
     ),
     sweep: (
         "Solve a scene for many values of its entries.",

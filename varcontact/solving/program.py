@@ -175,6 +175,11 @@ class Program(Reported):
             "energy": energy,
         }
 
+    @property
+    def contact_problem(self) -> NormalProblem | TangentialProblem:
+        """The discrete problem behind the program, as own solvers get it (`register_solver`)."""
+        return self._contact.problem
+
     @lazy_property
     def operator(self) -> Any:
         """Elastic shifts (or distances) by tractions, both scaled, as a SciPy ``LinearOperator``:
