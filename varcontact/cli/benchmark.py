@@ -30,13 +30,12 @@ def benchmark(
     ] = 10.0,
     out: opt.Table = None,
     plot: opt.Picture = None,
-    force: opt.Force = False,
     as_json: opt.AsJson = False,
 ) -> None:
     """Compare solvers on a set of contact problems, one at a time on one thread, judged by the
     package's own residual and gap.
     """
-    check_outputs(out, plot, [], force)
+    check_outputs(out, plot, [], force=False)
     sys.path.insert(0, "")  # modules in this folder
     work = partial(
         vc.benchmark_solvers,
@@ -46,5 +45,7 @@ def benchmark(
         limit=limit,
         store=out,
     )
-    written = vc.SolverComparison.to_json if as_json else vc.SolverComparison.report
+    written = vc.SolverComparison.report
+    if as_json:
+        written = vc.SolverComparison.to_json
     draw(plot, vc.SolverComparison.plot, study(work, written, out, "--out FILE.csv", "trials"))
