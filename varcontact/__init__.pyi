@@ -3,6 +3,7 @@
 from . import kinematics, reference, wheel_rail
 from . import theories as theories
 from .benchmark.comparison import SolverComparison, benchmark_solvers
+from .benchmark.problem_files import save_problems
 from .benchmark.problem_set import BenchmarkProblem, benchmark_problems
 from .data.benchmark_scenes import standard_bank, unlike_bank
 from .discrete.certificate import Certificate
@@ -174,6 +175,7 @@ __all__ = [
     "reference",
     "references",
     "register_solver",
+    "save_problems",
     "scan",
     "shakedown",
     "solve",

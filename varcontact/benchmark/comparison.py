@@ -167,7 +167,8 @@ def _rows(process: Process, trial: Trial) -> list[dict[str, Any]]:
         for tol, verdict in process.verdicts(trial):
             rows.append({**common, "tol": tol, **asdict(verdict)})
     else:
-        rows = [{**common, "tol": tol, "outcome": NOT_APPLICABLE} for tol in trial.tols]
+        absent = {"outcome": NOT_APPLICABLE, "reason": ""}
+        rows = [{**common, "tol": tol, **absent} for tol in trial.tols]
     for row in rows:
         row["identity"] = identity(trial.problem.scene, row["tol"])
     return rows

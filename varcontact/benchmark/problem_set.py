@@ -43,7 +43,7 @@ QUICK_SET = (
     "pure vx, 60 across",
     "Fx = 0.999, 20 across",
     "vx = 1e-3, 8 across",
-    "step of 0.01 elements, 16 across",
+    "step of 0.01 elements, nu = 0, 16 across",
     "shift, 12 across",
     "shift, 24 across",
     "shift, Fx and Fy, 32 across",
@@ -262,10 +262,13 @@ def _near_no_slip() -> Named:
 
 
 def _short_steps() -> Named:
-    for across, part in ((12, 0.5), (20, 0.3), (12, 0.1), (24, 0.1), (16, 0.01), (40, 0.1)):
-        motion = Steady(vx=0.08, spin=0.1, dq=part * 2.0 / across)
-        bodies = Bodies(G=1.0, nu=0.0)
-        yield f"step of {part:g} elements, {across} across", _scene(motion, across, bodies=bodies)
+    steps = {0.0: ((12, 0.1), (16, 0.01)), 0.28: ((12, 0.5), (24, 0.1), (16, 0.01), (40, 0.1))}
+    steps[0.5] = ((20, 0.3),)
+    for nu, numbers in steps.items():
+        for across, part in numbers:
+            motion = Steady(vx=0.08, spin=0.1, dq=part * 2.0 / across)
+            scene = _scene(motion, across, bodies=Bodies(G=1.0, nu=nu))
+            yield f"step of {part:g} elements, nu = {nu:g}, {across} across", scene
 
 
 def _shifts() -> Named:

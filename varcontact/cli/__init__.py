@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from varcontact import __version__
-from varcontact.cli.benchmark import benchmark
+from varcontact.cli.benchmark import benchmark, problems
 from varcontact.cli.compare import compare, converge, tradeoff
 from varcontact.cli.options import METHODS
 from varcontact.cli.profiles import profiles
@@ -44,6 +44,10 @@ COMMANDS: dict[Any, tuple[str, str]] = {
     benchmark: (
         "Compare solvers on the package's set of problems.",
         "benchmark --quick --solver splitting --solver mine:my_solver --out mine.csv",
+    ),
+    problems: (
+        "Write the problems of benchmark to files, with solutions.",
+        "problems contact_problems",
     ),
     sweep: (
         "Solve a scene for many values of its entries.",

@@ -1,9 +1,10 @@
-"""``varcontact benchmark``."""
+"""``varcontact benchmark`` and ``varcontact problems DIR``."""
 
 from __future__ import annotations
 
 import sys
 from functools import partial
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,7 +12,7 @@ import typer
 import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import values_of
-from varcontact.cli.terminal import check_outputs, draw, study
+from varcontact.cli.terminal import check_outputs, draw, progress_line, show, study
 
 SOLVER = (
     "A solver, several times for several: [normal|]tangential[/formulation], as newton, norm|tang "
@@ -49,3 +50,15 @@ def benchmark(
     if as_json:
         written = vc.SolverComparison.to_json
     draw(plot, vc.SolverComparison.plot, study(work, written, out, "--out FILE.csv", "trials"))
+
+
+def problems(
+    folder: Annotated[Path, opt.argument("A new or empty folder, or one written so before.")],
+    quick: Quick = False,
+) -> None:
+    """Write the problems of the comparison with their solutions, for authors of solvers: read
+    without varcontact, as a test set of qpbenchmark and as CVXPY problems.
+    """
+    with progress_line() as progress:
+        paths = vc.save_problems(folder, vc.benchmark_problems(quick=quick), progress=progress)
+    show(f"{len(paths)} problems in {folder}; README.md says what the files hold")
