@@ -301,8 +301,8 @@ class SolverComparison(Reported):
         return counts.reindex(columns=list(OUTCOMES), fill_value=0)
 
     def sizes(self, tol: float) -> pd.DataFrame:
-        """Median seconds by group, class of sizes and solver at a tolerance; infinite where half of
-        the problems are not solved.
+        """Median seconds by group, class of sizes and solver; infinite where half of the problems
+        are not solved to `tol`.
         """
         import pandas as pd
 
@@ -314,7 +314,7 @@ class SolverComparison(Reported):
         return by_class["cost"].median().unstack("solver").reset_index()
 
     def plot(self, tol: float = 1e-6) -> Figure:
-        """Performance profiles at a tolerance, a panel for each group of problems."""
+        """Performance profiles at a tolerance `tol`, a panel for each group of problems."""
         from varcontact.benchmark.plots import plot_profiles
 
         return plot_profiles(self, tol)
