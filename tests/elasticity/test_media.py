@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.elasticity.conformal import Conformal
+from varcontact.elasticity.conformal import Conformal, Inclination
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.of_scenes import medium_of
 from varcontact.elasticity.shear_layer import ShearLayer
@@ -36,10 +36,10 @@ MEDIA = {
     "winkler bedding on a rigid body": of(vc.Winkler(h=0.1, E=3.0, G=2.0), "rigid"),
     "viscoelastic": of(RUBBER, speed=1.0),
     "viscoelastic on a half-space": of(RUBBER, vc.Bodies(1.0, 0.3), speed=1.0),
-    "curved": Conformal(HalfSpaces(0.3), (-0.2, 0.2), (-0.4, 0.4)),
-    "curved unlike": Conformal(HalfSpaces(0.3, K=0.2), (-0.2, 0.0, 0.2), (-0.4, 0.1, 0.3)),
+    "curved": Conformal(HalfSpaces(0.3), Inclination((-0.2, 0.2), (-0.4, 0.4))),
+    "curved unlike": Conformal(HalfSpaces(0.3, K=0.2), Inclination((-0.2, 0.0, 0.2), (-0.4, 0.1, 0.3))),
     "with a layer that shears": ShearLayer(HalfSpaces(0.3, K=0.2), 0.7),
-    "curved with a layer": Conformal(ShearLayer(HalfSpaces(0.3), 0.7), (-0.2, 0.2), (-0.4, 0.4)),
+    "curved with a layer": Conformal(ShearLayer(HalfSpaces(0.3), 0.7), Inclination((-0.2, 0.2), (-0.4, 0.4))),
 }
 every_medium = pytest.mark.parametrize("medium", MEDIA.values(), ids=MEDIA)
 

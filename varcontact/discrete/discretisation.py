@@ -18,7 +18,6 @@ from varcontact.discrete.loading import Loading, PreviousStep
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.beside import loads_beside
-from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.of_scenes import medium_on
 from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
@@ -30,7 +29,15 @@ from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Motion, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
+from varcontact.scene.surfaces import (
+    Ellipse,
+    Paraboloids,
+    SampledDistance,
+    Surface,
+    frames_of,
+    is_curved,
+    is_curved_along_x,
+)
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Scales
 from varcontact.system.process import lazy_property
@@ -87,7 +94,14 @@ class Discretisation:
 
     @property
     def conformal(self) -> bool:
-        return isinstance(self.operators.medium, Conformal)
+        return is_curved(self.surface)
+
+    @property
+    def mirrors(self) -> bool:
+        """True where influence numbers are even or odd in x: of elastic bodies that meet on a
+        surface that is straight along x.
+        """
+        return self.operators.medium.even and not is_curved_along_x(self.surface)
 
     @property
     def lattice(self) -> Grid:
@@ -348,11 +362,11 @@ class Discretisation:
     @lazy_property
     def along_normal(self) -> np.ndarray:
         """Parts of tractions along x and y, and of pressures, along the normal of the plane, (3,
-        ny, 1): conformal.
+        ny, nx): conformal.
         """
-        assert isinstance(self.surface, SampledDistance)
-        angle = self.surface.inclination_at(self.grid)[:, None]
-        return np.array([0.0 * angle, np.sin(angle), np.cos(angle)])
+        frames = frames_of(self.surface, self.grid)
+        assert frames is not None
+        return frames[2]
 
     def excess_force(self, traction: np.ndarray, pressure: np.ndarray) -> float:
         """Force along the normal of the plane in conformal contact, divided by the prescribed one,

@@ -245,7 +245,7 @@ def _elastic_shift_at_start(disc: Discretisation, fields: np.ndarray, rolled: fl
     """Shift in a step, by the tractions at its end, of the particles that are there at its start;
     in a history without the past tractions.
     """
-    if not disc.operators.medium.even:
+    if not disc.mirrors:
         backwards = mirrored(disc.transport.stencil)
         shift = -disc.operators.tangential(backwards).apply(fields[:2])
         if len(fields) > 2:

@@ -1,12 +1,15 @@
 """Conformal contact: influence numbers on a reference surface that is curved
-along y, and the same along x.
+along y, along x, or along both.
 
 A traction acts in the frame of its own element, whose y and z are turned about
-x by the inclination there. With the angle ``t = alpha_J - alpha_I`` from the
-element I of a displacement to the loaded element J, and the numbers A of the
-flat surface by arc length, the symmetric variant is ``B = R(t/2) A R(t/2)``
-(Vollebregt, Segal, VSD 52 (2014) 455; Blanco-Lorenzo et al., Tribol. Int. 103
-(2016) 647): it alone keeps reciprocity.
+x by the inclination there (curved along y), or whose x and z are turned about y
+(curved along x). With the angle ``t = alpha_J - alpha_I`` from the element I of
+a displacement to the loaded element J, and the numbers A of the flat surface by
+arc length, the symmetric variant is ``B = R(t/2) A R(t/2)`` (Vollebregt, Segal,
+VSD 52 (2014) 455; Blanco-Lorenzo et al., Tribol. Int. 103 (2016) 647): it alone
+keeps reciprocity. Curved along both, R is half of the rotation from the frame of
+I to that of J. In rolling A is the difference between displacements here and
+ahead, along the axes of I.
 """
 
 from __future__ import annotations
@@ -19,7 +22,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from varcontact.elasticity.by_element import turned_operator
 from varcontact.elasticity.operators import GridOperator, Medium, fft_box, wrapped
+from varcontact.scene.frames import frames_of_elements
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import continuation
 from varcontact.system.process import lazy_property
@@ -33,9 +38,8 @@ STRAIGHT = 1e-10
 
 AXES = {"x": 0, "y": 1, "z": 2}
 
-TURNED = np.array([[0, 0, 0], [0, 1, 1j], [0, -1j, 1]]) / 2
-"""Rotations about x by an angle t are ``diag(1, 0, 0)`` and twice the real part of ``exp(i t)``
-times this."""
+TURNED = np.array([[1, 1j], [-1j, 1]]) / 2
+"""Rotations of x or y, and z, by an angle t are twice the real part of ``exp(i t)`` times this."""
 
 COSINES = 1, 3
 """Harmonics of `_waves` that are cosines, each followed by the sine of its angle."""
@@ -45,21 +49,35 @@ TRANSPOSE_SIGNS = np.array([1, 1, -1, 1, -1]).reshape(5, 1, 1, 1, 1)
 
 
 @dataclass(frozen=True)
-class Conformal:
-    """A medium whose bodies meet on a curved surface: that on the flat one, and the inclination at
-    some y, ascending.
+class Inclination:
+    """Inclinations at some places, ascending [rad]; beyond them with the curvature at the ends."""
 
-    Beyond these it goes on with the curvature that it has at the ends.
+    places: tuple[float, ...]
+    angles: tuple[float, ...]
+
+    @property
+    def turn(self) -> float:
+        return max(self.angles) - min(self.angles)
+
+    def at(self, places: np.ndarray) -> np.ndarray:
+        return continuation(np.array(self.places), np.array(self.angles))(places)
+
+
+@dataclass(frozen=True)
+class Conformal:
+    """A medium whose bodies meet on a curved surface: that on the flat one, and the inclinations by
+    row (curved along y) and by column (along x).
     """
 
     flat: Medium
-    y: tuple[float, ...]
-    angles: tuple[float, ...]
+    by_row: Inclination | None = None
+    by_column: Inclination | None = None
 
     @property
     def K(self) -> float:
         """Size of the coupling: pressures turned by t act on tractions, also of like bodies."""
-        return abs(self.flat.K) + min(max(self.angles) - min(self.angles), 1.0)
+        turns = [each.turn for each in (self.by_row, self.by_column) if each is not None]
+        return abs(self.flat.K) + min(sum(turns), 1.0)
 
     @property
     def even(self) -> bool:
@@ -75,13 +93,23 @@ class Conformal:
     def operator(
         self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
     ) -> GridOperator:
-        inclination = continuation(np.array(self.y), np.array(self.angles))(lattice.y)
         flat = partial(self.flat.operator, lattice, stencil=stencil)
-        return conformal_operator(rows, columns, inclination, flat)
+        if self.by_column is None:
+            assert self.by_row is not None
+            return conformal_operator(rows, columns, self.by_row.at(lattice.y), flat)
+        along_x = self.by_column.at(lattice.x)
+        if self.by_row is None:
+            return conformal_operator(rows, columns, along_x, flat, "x")
+        frames = frames_of_elements(self.by_row.at(lattice.y), along_x)
+        return turned_operator(rows, columns, frames, flat("xyz", "xyz"))
 
 
 def conformal_operator(
-    rows: str, columns: str, angles: np.ndarray, flat: Callable[[str, str], GridOperator]
+    rows: str,
+    columns: str,
+    angles: np.ndarray,
+    flat: Callable[[str, str], GridOperator],
+    curved: str = "y",
 ) -> GridOperator:
     """The operator on a curved surface, from that on the flat one.
 
@@ -89,10 +117,12 @@ def conformal_operator(
     ----------
     rows, columns : str
         Displacement and traction components, in the frames of the elements.
-    angles : ndarray, shape (ny,)
-        Inclination alpha of each row of elements [rad].
+    angles : ndarray, shape (ny,) or (nx,)
+        Inclination alpha of each row, or column, of elements [rad].
     flat : callable
         The operator on the flat surface, between components.
+    curved : {"y", "x"}
+        The axis along which the surface is curved.
 
     Returns
     -------
@@ -113,11 +143,13 @@ def conformal_operator(
     >>> bool(np.linalg.eigvalsh(matrix).min() > 0)
     True
     """
-    flat_rows = _turned_components(rows)
-    flat_columns = _turned_components(columns)
+    flat_rows = _turned_components(rows, curved)
+    flat_columns = _turned_components(columns, curved)
     table = flat(flat_rows, flat_columns)
-    turned = TURNED
-    still = np.diag([1.0, 0.0, 0.0])
+    plane = [AXES[curved], AXES["z"]]
+    turned = np.zeros((3, 3), complex)
+    turned[np.ix_(plane, plane)] = TURNED
+    still = np.diag([0.0 if axis in plane else 1.0 for axis in range(3)])
 
     def product(left: np.ndarray, right: np.ndarray) -> np.ndarray:
         """Parts of two rotations around the numbers of the flat surface."""
@@ -138,18 +170,20 @@ def conformal_operator(
     harmonics = np.array([constant, once.real, -once.imag, twice.real, -twice.imag])
     # the mean curvature, which depends on the offset alone
     slope = 0.0 if angles.size == 1 else (angles[-1] - angles[0]) / (angles.size - 1)
-    mean = _waves(slope * np.arange(angles.size - 1, -angles.size, -1))[..., None]
+    mean = _waves(slope * np.arange(angles.size - 1, -angles.size, -1))
+    mean = mean[:, :, None] if curved == "y" else mean[:, None, :]
     summed = sum(map(np.multiply, mean, harmonics))
     if np.abs(angles - angles[0] - slope * np.arange(angles.size)).max() <= STRAIGHT:
         return GridOperator(table.shape, summed)
-    return ConformalOperator(table.shape, summed, angles, harmonics)
+    return ConformalOperator(table.shape, summed, angles, harmonics, curved)
 
 
-def _turned_components(names: str) -> str:
+def _turned_components(names: str, curved: str) -> str:
     """Components of the flat surface that turn into some on the curved one."""
-    if names == "x":
-        return "x"
-    return "xyz" if "x" in names else "yz"
+    straight = "x" if curved == "y" else "y"
+    if names == straight:
+        return straight
+    return "xyz" if straight in names else curved + "z"
 
 
 def _waves(angle: np.ndarray) -> np.ndarray:
@@ -164,7 +198,7 @@ def _waves(angle: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True, eq=False)
 class ConformalOperator(GridOperator):
     """An operator on a surface whose curvature varies: products by FFT with fields modulated along
-    y.
+    the axis that is curved.
 
     Its `table` is that of the mean curvature: exact for elements on themselves, and what
     preconditioners need.
@@ -173,6 +207,7 @@ class ConformalOperator(GridOperator):
     toeplitz: ClassVar[bool] = False
     angles: np.ndarray
     harmonics: np.ndarray  # (5, rows, columns, 2 ny - 1, 2 nx - 1) tables, in the order of `_waves`
+    curved: str = "y"
 
     def dense(self, elements: np.ndarray, loaded: np.ndarray | None = None) -> np.ndarray:
         """The matrix from tractions on `loaded` to displacements in `elements`, see
@@ -180,26 +215,31 @@ class ConformalOperator(GridOperator):
         """
         if loaded is None:
             loaded = elements
-        nx = self.shape[1]
         rows, columns = self.table.shape[:2]
-        waves = _waves(self.angles[loaded // nx] - self.angles[elements // nx][:, None])
+        of_field = self._angles_of(elements)
+        waves = _waves(self._angles_of(loaded) - of_field[:, None])
         matrix = np.zeros((rows, elements.size, columns, loaded.size))
         for wave, table in zip(waves, self.harmonics, strict=True):
             harmonic = GridOperator(self.shape, table).dense(elements, loaded)
             matrix += harmonic.reshape(matrix.shape) * wave[:, None]
         return matrix.reshape(rows * elements.size, columns * loaded.size)
 
+    def _angles_of(self, elements: np.ndarray) -> np.ndarray:
+        row, column = np.divmod(elements, self.shape[1])
+        return self.angles[row if self.curved == "y" else column]
+
     def _product(self, tractions: np.ndarray) -> np.ndarray:
         """Product with tractions (columns, ny, nx) on the whole grid, in their precision.
 
         Cosine and sine of ``alpha_J - alpha_I`` are sums of products of those of alpha_J, which
-        tractions are multiplied by before the transform along y, and of alpha_I, which
-        displacements are after it.
+        tractions are multiplied by before the transform along the curved axis, and of alpha_I,
+        which displacements are after it. That axis comes first here, as y.
         """
         from scipy import fft
 
-        box = fft_box(*self.shape)
-        ny, nx = self.shape
+        tractions = self._curved_first(tractions)
+        ny, nx = tractions.shape[-2:]
+        box = fft_box(ny, nx)
         single = tractions.dtype == np.float32
         transforms = self._single_transforms if single else self._transforms
         waves = self._waves_used
@@ -223,7 +263,13 @@ class ConformalOperator(GridOperator):
         # displacements times those of alpha_I
         shifts = fft.ifft(images, axis=-2, overwrite_x=True)[..., :ny, :]
         total = (fields * shifts).sum(axis=0)
-        return np.asarray(fft.irfft(total, box[1], axis=-1)[..., :nx])
+        return self._curved_first(fft.irfft(total, box[1], axis=-1)[..., :nx])
+
+    def _curved_first(self, fields: np.ndarray) -> np.ndarray:
+        """Fields (..., ny, nx) with the curved axis before the other; or back."""
+        if self.curved == "y":
+            return fields
+        return fields.swapaxes(-2, -1)
 
     @lazy_property
     def _waves_used(self) -> list[int]:
@@ -237,9 +283,11 @@ class ConformalOperator(GridOperator):
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         table = self.table[np.ix_(rows, columns)]
         harmonics = self.harmonics[:, rows][:, :, columns]
-        return ConformalOperator(self.shape, table, self.angles, harmonics)
+        return replace(self, table=table, harmonics=harmonics)
 
     def has_mirror(self, rows: slice) -> bool:
+        if self.curved == "x":
+            return True
         angles = self.angles[rows]
         return float(np.ptp(angles + angles[::-1])) <= STRAIGHT
 
@@ -251,17 +299,17 @@ class ConformalOperator(GridOperator):
         rows = [np.concatenate([block.harmonics for block in row], axis=2) for row in curved]
         harmonics = np.concatenate(rows, axis=1)
         flat = GridOperator.in_blocks(blocks)
-        return ConformalOperator(flat.shape, flat.table, curved[0][0].angles, harmonics)
+        return replace(curved[0][0], table=flat.table, harmonics=harmonics)
 
     @property
     def transposed(self) -> ConformalOperator:
         harmonics = TRANSPOSE_SIGNS * self.harmonics[..., ::-1, ::-1].swapaxes(1, 2)
-        return ConformalOperator(self.shape, super().transposed.table, self.angles, harmonics)
+        return replace(self, table=super().transposed.table, harmonics=harmonics)
 
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
         harmonics = (self.harmonics + sign * self.transposed.harmonics) / 2
         table = super().symmetric_part(sign).table
-        return ConformalOperator(self.shape, table, self.angles, harmonics)
+        return replace(self, table=table, harmonics=harmonics)
 
     @lazy_property
     def _single_transforms(self) -> Transforms:
@@ -272,9 +320,11 @@ class ConformalOperator(GridOperator):
         """Transforms of the tables that are not zero."""
         from scipy import fft
 
-        box = fft_box(*self.shape)
-        nonzero = np.argwhere(self.harmonics.any(axis=(-2, -1)))
+        harmonics = self._curved_first(self.harmonics)
+        ny, nx = self.shape if self.curved == "y" else self.shape[::-1]
+        box = fft_box(ny, nx)
+        nonzero = np.argwhere(harmonics.any(axis=(-2, -1)))
         return {
-            key: np.asarray(fft.rfft2(wrapped(self.harmonics[key], box)))
+            key: np.asarray(fft.rfft2(wrapped(harmonics[key], box)))
             for key in map(tuple, nonzero.tolist())
         }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.elasticity.bedding import Bedding
-from varcontact.elasticity.conformal import Conformal
+from varcontact.elasticity.conformal import Conformal, Inclination
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.operators import Homogeneous, Medium
 from varcontact.elasticity.shear_layer import ShearLayer
@@ -27,7 +27,7 @@ from varcontact.scene.bodies import (
 )
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.surfaces import SampledDistance, is_curved
 
 if TYPE_CHECKING:
     from varcontact.elasticity.layered import Stack
@@ -53,13 +53,23 @@ def medium_on(
     if layer is not None and layer.compliance > 0:
         medium = ShearLayer(medium, layer.compliance * scene.bodies.combined_G / length)
     surface = scene.surface
-    if isinstance(surface, SampledDistance) and surface.inclination is not None:
-        y = grid.y
-        if surface.y is not None:
-            y = surface.y
-        places = tuple((y / length).tolist())
-        medium = Conformal(medium, places, tuple(surface.inclination.tolist()))
+    if is_curved(surface):
+        assert isinstance(surface, SampledDistance)
+        by_row = _inclination(surface.y, surface.inclination, grid.y, length)
+        by_column = _inclination(surface.x, surface.inclination_x, grid.x, length)
+        medium = Conformal(medium, by_row, by_column)
     return medium
+
+
+def _inclination(
+    places: np.ndarray | None, angles: np.ndarray | None, centres: np.ndarray, length: float
+) -> Inclination | None:
+    """Inclinations at the places of samples, or at the centres of elements."""
+    if angles is None:
+        return None
+    if places is None:
+        places = centres
+    return Inclination(tuple((places / length).tolist()), tuple(angles.tolist()))
 
 
 def medium_of(

@@ -29,7 +29,7 @@ from varcontact.results.trace import trace_dataset
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import SolveStats
-from varcontact.transports import SteadyRolling
+from varcontact.transports import SteadyRolling, mirrored
 
 
 def solution_of(
@@ -165,12 +165,15 @@ def rolling_resistance(sol: Solution) -> float:
     operator = disc.operators.pressure_to_shift(steady.stencil)
     pressure = sol.pressure[None]
     # the mean of the shifts in rolling forward and backward: backward by a mirror
-    if sol.scene.conformal:  # across x
-        mirrored = operator.apply(pressure[..., ::-1])[..., ::-1]
-        twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * mirrored
+    if not disc.mirrors:
+        backward = disc.operators.pressure_to_shift(mirrored(steady.stencil))
+        twice = operator.apply(pressure) - backward.apply(pressure)
+    elif sol.scene.conformal:  # across x
+        backward = operator.apply(pressure[..., ::-1])[..., ::-1]
+        twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * backward
     else:  # through the centre
-        mirrored = operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
-        twice = operator.apply(pressure) + mirrored
+        backward = operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
+        twice = operator.apply(pressure) + backward
     slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
     return 0.0 - float(rolls * np.sum(sol.traction * slip) * sol.grid.area)
 

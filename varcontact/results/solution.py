@@ -21,7 +21,7 @@ from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.surfaces import along_axes
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
 from varcontact.system.files import check_ending
@@ -186,11 +186,9 @@ class Solution(Reported):
         """Loads along the axes of the plane, and the largest pressure, by `error_estimate` where it
         has them.
         """
-        traction = self.traction
-        pressure = self.pressure
-        surface = self.scene.surface
-        if isinstance(surface, SampledDistance):  # in conformal contact turned back
-            traction, pressure = surface.along_axes(self.grid, self.traction, self.pressure)
+        traction, pressure = along_axes(
+            self.scene.surface, self.grid, self.traction, self.pressure
+        )
         along_x, along_y = traction
         about_z = self.grid.x[None, :] * along_y - self.grid.y[:, None] * along_x
         fields = {"normal_force": pressure, "Fx": along_x, "Fy": along_y, "Mz": about_z}

@@ -28,6 +28,8 @@ from varcontact.scene.surfaces import (
     SampledDistance,
     depth_of,
     is_curved,
+    is_curved_along_x,
+    is_curved_along_y,
 )
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
@@ -260,7 +262,7 @@ def _check_tractions(scene: Scene) -> None:
 
 
 def _check_conformal(scene: Scene) -> None:
-    """Conformal contact has no history, and no prescribed lateral force."""
+    """Conformal contact has no history, and no prescribed force along an axis that is curved."""
     motion = scene.motion
     if isinstance(motion, TimeStep | Transient):
         raise SceneError(
@@ -268,11 +270,19 @@ def _check_conformal(scene: Scene) -> None:
             motion,
             "Steady or Shift: conformal contact (surface.inclination) has no history",
         )
-    if motion is not None and motion.Fy is not None:
-        allowed = (
-            "left out: in conformal contact the pressure bears a part of it; prescribe vy or uy"
-        )
-        raise SceneError("motion.Fy", motion.Fy, allowed)
+    if motion is None:
+        return
+    for axis, curved in (
+        ("x", is_curved_along_x(scene.surface)),
+        ("y", is_curved_along_y(scene.surface)),
+    ):
+        force = getattr(motion, f"F{axis}")
+        if curved and force is not None:
+            allowed = (
+                "left out: in conformal contact the pressure bears a part of it; "
+                f"prescribe v{axis} or u{axis}"
+            )
+            raise SceneError(f"motion.F{axis}", force, allowed)
 
 
 def why_centres(scene: Scene) -> str:

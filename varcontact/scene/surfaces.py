@@ -10,6 +10,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.checks import Checked, positive
 from varcontact.errors import SceneError
+from varcontact.scene.frames import along_axes_of_plane, frames_of_elements
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import Interpolation, continuation, smoothed_field
 from varcontact.system.process import lazy_property
@@ -17,8 +18,8 @@ from varcontact.system.process import lazy_property
 TURN_MAX = np.pi
 """Largest turn of a reference surface across its samples [rad]."""
 
-ROW_TURN_MAX = 0.3
-"""Largest turn of a reference surface from one row of samples to the next [rad]."""
+STEP_TURN_MAX = 0.3
+"""Largest turn of a reference surface from one row or column of samples to the next [rad]."""
 
 
 @dataclass(frozen=True)
@@ -165,6 +166,10 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         where it turns from y to z; y is then the length of its arc, h the
         distance along its normals, tractions act in the frames of the elements,
         and forces are along the axes of the plane.
+    inclination_x : array_like, shape (nx,), optional
+        The same along x, the rolling direction: inclination at each x of the
+        samples [rad], positive where it turns from x to z; x is then the length
+        of its arc. Line contact has this one alone.
 
     Raises
     ------
@@ -185,6 +190,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
     y: np.ndarray | None = None
     reference_depth: float | None = None
     inclination: np.ndarray | None = None
+    inclination_x: np.ndarray | None = None
 
     __repr__ = checks.short_entries
 
@@ -208,27 +214,15 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             set_(self, "x", checks.coordinates("surface.x", self.x, columns, "column of h"))
         if self.y is not None:
             set_(self, "y", checks.coordinates("surface.y", self.y, rows, "row of h"))
-        if self.inclination is not None:
-            set_(self, "inclination", self._checked_inclination())
-
-    def _checked_inclination(self) -> np.ndarray:
-        if self.line:
-            raise SceneError(
-                "surface.inclination", self.inclination, "left out in line contact, which has no y"
-            )
-        shape = self.h.shape[:1]
-        meant = f"{shape}, one for each row of h"
-        angles = checks.array("surface.inclination", self.inclination, shape=shape, meant=meant)
-        turn = float(np.ptp(angles))
-        row_turn = float(np.max(np.abs(np.diff(angles)), initial=0.0))
-        if turn > TURN_MAX or row_turn > ROW_TURN_MAX:
-            value = f"a turn by {turn:.3g} rad, and by up to {row_turn:.3g} from row to row"
-            allowed = (
-                f"at most {TURN_MAX:.3g} rad across the samples, "
-                f"and {ROW_TURN_MAX:g} from row to row"
-            )
-            raise SceneError("surface.inclination", value, allowed)
-        return angles
+        if self.inclination is not None and self.line:
+            allowed = "left out in line contact, which has no y; give inclination_x"
+            raise SceneError("surface.inclination", self.inclination, allowed)
+        for name, number, each in (
+            ("inclination", rows, "row"),
+            ("inclination_x", columns, "column"),
+        ):
+            if getattr(self, name) is not None:
+                set_(self, name, _checked_inclination(name, getattr(self, name), number, each))
 
     @property
     def line(self) -> bool:
@@ -296,25 +290,19 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         """Inclination of each row of a `grid` [rad], shape (ny,): beyond the samples with the
         curvature at the end.
         """
-        assert self.inclination is not None
-        if self.y is None:
-            return self.inclination
-        return continuation(self.y, self.inclination)(grid.y)
+        return _inclination_at(self.y, self.inclination, grid.y)
 
-    def along_axes(
-        self, grid: Grid, traction: np.ndarray, pressure: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """A `traction` (2, ny, nx) and a `pressure` (ny, nx) on a `grid`, turned to the axes of the
-        plane.
+    def inclination_x_at(self, grid: Grid) -> np.ndarray:
+        """The same of each column, shape (nx,)."""
+        return _inclination_at(self.x, self.inclination_x, grid.x)
+
+    def frames(self, grid: Grid) -> np.ndarray | None:
+        """Rotations (3, 3, ny, nx) from the axes of the elements of a `grid` to those of the plane;
+        None where the reference surface is the plane.
         """
-        if self.inclination is None:
-            return traction, pressure
-        angle = self.inclination_at(grid)[:, None]
-        sin = np.sin(angle)
-        cos = np.cos(angle)
-        lateral = cos * traction[1] - sin * pressure
-        vertical = sin * traction[1] + cos * pressure
-        return np.array([traction[0], lateral]), vertical
+        if not is_curved(self):
+            return None
+        return frames_of_elements(self.inclination_at(grid), self.inclination_x_at(grid))
 
     @checks.named_options()
     def sampled(self, fields: np.ndarray, grid: Grid) -> np.ndarray:
@@ -395,6 +383,64 @@ def depth_of(surface: Surface) -> float | None:
     return None
 
 
+def frames_of(surface: Surface, grid: Grid) -> np.ndarray | None:
+    """Rotations (3, 3, ny, nx) from the axes of elements to those of the plane; None: a plane."""
+    if not isinstance(surface, SampledDistance):
+        return None
+    return surface.frames(grid)
+
+
+def along_axes(
+    surface: Surface, grid: Grid, traction: np.ndarray, pressure: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A `traction` (2, ny, nx) and a `pressure` (ny, nx) on a `grid`, turned to the axes of the
+    plane.
+    """
+    frames = frames_of(surface, grid)
+    if frames is None:
+        return traction, pressure
+    turned = along_axes_of_plane(frames, np.concatenate([traction, pressure[None]]))
+    return turned[:2], turned[2]
+
+
 def is_curved(surface: Surface) -> bool:
     """The reference surface is curved: the contact is conformal."""
+    return is_curved_along_x(surface) or is_curved_along_y(surface)
+
+
+def is_curved_along_x(surface: Surface) -> bool:
+    """The reference surface is curved along the rolling direction."""
+    return isinstance(surface, SampledDistance) and surface.inclination_x is not None
+
+
+def is_curved_along_y(surface: Surface) -> bool:
+    """The reference surface is curved across the rolling direction."""
     return isinstance(surface, SampledDistance) and surface.inclination is not None
+
+
+def _checked_inclination(name: str, values: object, number: int, each: str) -> np.ndarray:
+    """Inclinations of rows or columns, which turn no further than influence numbers hold."""
+    angles = checks.array(
+        f"surface.{name}", values, shape=(number,), meant=f"({number},), one for each {each} of h"
+    )
+    turn = float(np.ptp(angles))
+    step = float(np.max(np.abs(np.diff(angles)), initial=0.0))
+    if turn > TURN_MAX or step > STEP_TURN_MAX:
+        value = f"a turn by {turn:.3g} rad, and by up to {step:.3g} from {each} to {each}"
+        allowed = (
+            f"at most {TURN_MAX:.3g} rad across the samples, "
+            f"and {STEP_TURN_MAX:g} from {each} to {each}"
+        )
+        raise SceneError(f"surface.{name}", value, allowed)
+    return angles
+
+
+def _inclination_at(
+    places: np.ndarray | None, angles: np.ndarray | None, at: np.ndarray
+) -> np.ndarray:
+    """Inclinations at the rows or columns of a grid; 0 where the surface is straight."""
+    if angles is None:
+        return np.zeros(at.size)
+    if places is None:
+        return angles
+    return continuation(places, angles)(at)

@@ -28,7 +28,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Cylinders, SampledDistance
+from varcontact.scene.surfaces import Cylinders, SampledDistance, along_axes
 from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
 from varcontact.solving.coupling import PASSES_MAX
 from varcontact.solving.given_pressure import without_friction
@@ -114,11 +114,10 @@ class ContactOnGrid:
     @property
     def force(self) -> np.ndarray:
         """Fx, Fy and the normal force, physical."""
-        traction = self.initial_guess.traction
-        pressure = self.initial_guess.pressure
-        surface = self.scene.surface
-        if isinstance(surface, SampledDistance):
-            traction, pressure = surface.along_axes(self.disc.grid, traction, pressure)
+        guess = self.initial_guess
+        traction, pressure = along_axes(
+            self.scene.surface, self.disc.grid, guess.traction, guess.pressure
+        )
         return np.array([*traction.sum(axis=(1, 2)), pressure.sum()]) * self.disc.grid.area
 
     def solution(self) -> Solution:
@@ -263,14 +262,19 @@ def _without_tractions(
 
 def _check_turn(scene: Scene, disc: Discretisation, state: ContactState) -> None:
     """Refuse a conformal contact over which the reference surface turns too far."""
-    if not isinstance(scene.surface, SampledDistance):
+    surface = scene.surface
+    if not isinstance(surface, SampledDistance):
         return
-    angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
-    if angles.size and float(np.ptp(angles)) > TURN_MAX:
-        turn = float(np.ptp(angles))
-        reason = "no influence numbers hold for a smaller radius of curvature"
-        allowed = f"at most {TURN_MAX:g} rad over the contact: {reason}"
-        raise SceneError("surface.inclination", turn, allowed)
+    in_contact = state.pressure > 0
+    turns = {
+        "inclination": np.ptp(surface.inclination_at(disc.grid)[in_contact.any(axis=1)]),
+        "inclination_x": np.ptp(surface.inclination_x_at(disc.grid)[in_contact.any(axis=0)]),
+    }
+    for name, turn in turns.items():
+        if turn > TURN_MAX:
+            reason = "no influence numbers hold for a smaller radius of curvature"
+            allowed = f"at most {TURN_MAX:g} rad over the contact: {reason}"
+            raise SceneError(f"surface.{name}", float(turn), allowed)
 
 
 def place(

@@ -18,7 +18,7 @@ from varcontact.results.error_estimate import with_bar
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.plausibility import warn
-from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.surfaces import SampledDistance, along_axes
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.position import Position
@@ -109,11 +109,9 @@ class PatchSolution:
         pressure alone.
         """
         grid = self.solution.grid
-        surface = self.solution.scene.surface
-        tangential = self.solution.traction
-        normal = self.solution.pressure
-        if isinstance(surface, SampledDistance):
-            tangential, normal = surface.along_axes(grid, tangential, normal)
+        tangential, normal = along_axes(
+            self.solution.scene.surface, grid, self.solution.traction, self.solution.pressure
+        )
         force = np.concatenate([tangential, normal[None]]) * grid.area
         points = np.array(np.broadcast_arrays(grid.x, *(each[:, None] for each in self.rows)))
         return np.cross(points, force, axis=0).sum(axis=(1, 2)) - np.array([0.0, 0.0, self.moment])

@@ -46,7 +46,7 @@ class CoupledProblem:
     approach: float | None  # prescribed, or unknown
     # prescribed ``area * sum(p)`` by field, the normal one where the approach is not
     force: tuple[float | None, ...]
-    # (1 + c, ny, 1) parts of the fields in the normal force, if not p_z alone
+    # (1 + c, ny, nx) parts of the fields in the normal force, if not p_z alone
     along_normal: np.ndarray | None = None
 
     def shift(self, traction: np.ndarray) -> np.ndarray:
