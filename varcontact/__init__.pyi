@@ -47,6 +47,7 @@ from .scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFallin
 from .scene.grid import Grid
 from .scene.interface import Thermal, ThirdBody
 from .scene.motion import Harmonic, Shift, Steady, TimeStep
+from .scene.pin import PinInHole
 from .scene.scene import Scene
 from .scene.surface_load import SurfaceLoad
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
@@ -111,6 +112,7 @@ __all__ = [
     "NotConverged",
     "OutputError",
     "Paraboloids",
+    "PinInHole",
     "Plan",
     "PlausibilityWarning",
     "PressureFalling",

@@ -10,9 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from varcontact.errors import SceneError, TooCoarse
+from varcontact.reference.pin_in_hole import pin_in_hole
+from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import bodies_apart
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.interpolation import how_to_smooth
+from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
 from varcontact.scene.transient import Transient
@@ -24,6 +27,9 @@ Box = tuple[float, float, float, float]
 HISTORY_MARGIN = 0.1
 """Room on each side, relative to the contact's width, for its movement by tractions of unlike
 bodies during a history."""
+
+PIN_ROOM = 1.02
+"""Room for the contact of a pin, relative to its width: of unlike bodies it is another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +56,9 @@ class PotentialContact:
             placed = form
         elif hertz is not None:
             placed = form.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
+        elif isinstance(scene.surface, PinInHole):
+            half = _half_width_of_pin(scene, scene.surface)
+            placed = form.spread((-half, half, -math.inf, math.inf))
         return cls(form, placed, scene.surface, hertz is not None)
 
     @property
@@ -105,6 +114,16 @@ class PotentialContact:
         sides = np.where(outwards * (outer - inner) > 0, outer + room, inner)
         left, right, bottom, top = sides.tolist()
         return self.around((left, right, bottom, top))
+
+
+def _half_width_of_pin(scene: Scene, pin: PinInHole) -> float:
+    """Half the width of the contact of a pin, of one material with the hole and without
+    friction.
+    """
+    assert scene.normal_force is not None
+    assert isinstance(scene.bodies, Bodies)
+    contact = pin_in_hole(pin.R, pin.clearance, scene.bodies, force=scene.normal_force)
+    return PIN_ROOM * contact.half_angle * pin.R
 
 
 def shape_with_margin(form: Grid) -> tuple[int, int]:

@@ -28,6 +28,7 @@ from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Motion, Shift, Steady, TimeStep
+from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import (
     Ellipse,
@@ -112,6 +113,8 @@ class Discretisation:
         """Least undeformed distance on the grid: dimensionless distances and approaches count from
         there.
         """
+        if isinstance(self.surface, PinInHole):
+            return 0.0
         return float(self.distance.min())
 
     @property
@@ -355,9 +358,18 @@ class Discretisation:
         return self.with_loading(motion=motion)
 
     def at_approach(self, approach: float) -> Discretisation:
-        return self.with_loading(
-            normal_force=None, approach=approach * self.scales.displacement + self.base
-        )
+        """The same contact with its approach prescribed, which is dimensionless."""
+        return self.held_at(approach * self.scales.displacement + self.base)
+
+    def held_at(self, approach: float) -> Discretisation:
+        """The same contact with its approach prescribed [length]; a pin moves along z by so
+        much.
+        """
+        held = self.with_loading(normal_force=None, approach=approach)
+        if not isinstance(self.surface, PinInHole):
+            return held
+        lowered = self.surface.lowered(approach)
+        return replace(held, surface=lowered, distance=lowered.distance(self.grid))
 
     @lazy_property
     def along_normal(self) -> np.ndarray:
@@ -552,7 +564,7 @@ def _loading_of(scene: Scene) -> Loading:
 def _check_depth(scene: Scene, grid: Grid) -> None:
     """Refuse a reference depth within the potential contact or the relaxation length."""
     depth = scene.reference_depth
-    if depth is None:
+    if depth is None or isinstance(scene.surface, PinInHole):
         return
     lengths = {"the length of the potential contact": grid.nx * grid.sides[0]}
     if scene.bodies.relaxes:

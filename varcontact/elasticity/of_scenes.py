@@ -12,6 +12,7 @@ from varcontact.elasticity.bedding import Bedding
 from varcontact.elasticity.conformal import Conformal, Inclination
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.operators import Homogeneous, Medium
+from varcontact.elasticity.pin_in_hole import PinInHoleMedium
 from varcontact.elasticity.shear_layer import ShearLayer
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
 from varcontact.scene.bodies import (
@@ -26,6 +27,7 @@ from varcontact.scene.bodies import (
     materials,
 )
 from varcontact.scene.grid import Grid
+from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, is_curved
 
@@ -48,17 +50,26 @@ def medium_on(
 
     `depth` and `speed` as of `medium_of`.
     """
-    medium: Medium = medium_of(scene.bodies, length, depth, speed)
+    surface = scene.surface
+    if isinstance(surface, PinInHole):
+        medium: Medium = _pin_in_hole(scene.bodies, surface, length)
+    else:
+        medium = medium_of(scene.bodies, length, depth, speed)
     layer = scene.third_body
     if layer is not None and layer.compliance > 0:
         medium = ShearLayer(medium, layer.compliance * scene.bodies.combined_G / length)
-    surface = scene.surface
-    if is_curved(surface):
-        assert isinstance(surface, SampledDistance)
+    if isinstance(surface, SampledDistance) and is_curved(surface):
         by_row = _inclination(surface.y, surface.inclination, grid.y, length)
         by_column = _inclination(surface.x, surface.inclination_x, grid.x, length)
         medium = Conformal(medium, by_row, by_column)
     return medium
+
+
+def _pin_in_hole(bodies: Bodies | BodyPair, surface: PinInHole, length: float) -> PinInHoleMedium:
+    assert isinstance(bodies, Bodies)
+    moduli, ratios = bodies.pairs
+    G1, G2 = (each / bodies.combined_G for each in moduli)
+    return PinInHoleMedium(surface.R / length, (G1, G2), ratios, surface.depth / length)
 
 
 def _inclination(

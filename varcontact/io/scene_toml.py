@@ -31,6 +31,7 @@ from varcontact.scene.friction_laws import LAWS
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
+from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
 from varcontact.scene.surface_load import SurfaceLoad
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
@@ -42,6 +43,7 @@ SURFACES = {
     "paraboloids": Paraboloids,
     "ellipse": Ellipse,
     "cylinders": Cylinders,
+    "pin-in-hole": PinInHole,
     "sampled-distance": SampledDistance,
 }
 BODIES: dict[str, type[Any]] = {

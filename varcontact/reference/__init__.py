@@ -18,6 +18,7 @@ from varcontact.reference.hertz import HertzContact, elliptic_integrals, hertz, 
 from varcontact.reference.hunter import Hunter, hunter
 from varcontact.reference.line_contact import LineContact, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
+from varcontact.reference.pin_in_hole import PinContact, pin_in_hole
 from varcontact.reference.spence import spence_ratio
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "HertzContact",
     "Hunter",
     "LineContact",
+    "PinContact",
     "bufler",
     "carter",
     "cattaneo_line",
@@ -43,5 +45,6 @@ __all__ = [
     "line_contact",
     "no_slip_coefficients",
     "no_slip_ellipse",
+    "pin_in_hole",
     "spence_ratio",
 ]

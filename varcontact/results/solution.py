@@ -186,9 +186,7 @@ class Solution(Reported):
         """Loads along the axes of the plane, and the largest pressure, by `error_estimate` where it
         has them.
         """
-        traction, pressure = along_axes(
-            self.scene.surface, self.grid, self.traction, self.pressure
-        )
+        traction, pressure = along_axes(self.scene.surface, self.grid, self.traction, self.pressure)
         along_x, along_y = traction
         about_z = self.grid.x[None, :] * along_y - self.grid.y[:, None] * along_x
         fields = {"normal_force": pressure, "Fx": along_x, "Fy": along_y, "Mz": about_z}

@@ -21,6 +21,7 @@ from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, Tempera
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
+from varcontact.scene.pin import CLEARANCE_MAX, PinInHole
 from varcontact.scene.surfaces import (
     Cylinders,
     Ellipse,
@@ -50,7 +51,7 @@ def check_classes(scene: Scene) -> None:
     optional = (type(None),)
     for name, classes, more in (
         ("bodies", (Bodies, BodyPair), " or a pair of bodies"),
-        ("surface", (Paraboloids, Ellipse, Cylinders, SampledDistance), ""),
+        ("surface", (Paraboloids, Ellipse, Cylinders, PinInHole, SampledDistance), ""),
         ("motion", (Steady, Shift, TimeStep, Transient, Harmonic, *optional), ""),
         ("third_body", (ThirdBody, *optional), ""),
         ("units", (Units, *optional), ""),
@@ -244,6 +245,29 @@ def _check_surfaces(scene: Scene) -> None:
             raise SceneError("motion.surface", surface, allowed)
     if any(is_curved(surface) for surface in (scene.surface, *scene.surfaces)):
         _check_conformal(scene)
+    if isinstance(scene.surface, PinInHole):
+        _check_pin(scene, scene.surface)
+
+
+def _check_pin(scene: Scene, pin: PinInHole) -> None:
+    """A pin and its hole are elastic, pressed by a force, on a grid that goes round once."""
+    if not isinstance(scene.bodies, Bodies):
+        allowed = "Bodies: influence numbers of a pin and of a hole are those of elastic bodies"
+        raise SceneError("bodies", scene.bodies, allowed)
+    if scene.approach is not None:
+        allowed = "left out: give the normal_force, which presses the centre of the pin along z"
+        raise SceneError("approach", scene.approach, allowed)
+    if pin.clearance > CLEARANCE_MAX * pin.R:
+        allowed = (
+            f"at most {CLEARANCE_MAX:g} R, {CLEARANCE_MAX * pin.R:.6g}: "
+            "surfaces that fit less are Cylinders(R=R * (R + clearance) / clearance)"
+        )
+        raise SceneError("surface.clearance", pin.clearance, allowed)
+    if isinstance(scene.grid, Grid) and scene.grid.explicit:
+        left, right, _, _ = scene.grid.box
+        if max(-left, right) > math.pi * pin.R:
+            allowed = f"within half a circle either way, {math.pi * pin.R:.6g}"
+            raise SceneError("grid", (left, right), allowed)
 
 
 def _check_tractions(scene: Scene) -> None:

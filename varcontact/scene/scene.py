@@ -35,6 +35,7 @@ from varcontact.scene.grid import Edge, Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
 from varcontact.scene.surface_load import SurfaceLoad, as_loads
+from varcontact.scene.pin import PinInHole
 from varcontact.scene.surfaces import (
     Ellipse,
     Paraboloids,
@@ -86,7 +87,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         Half-spaces by their elastic constants, or bodies of other kinds: one
         that both are of, or a pair, in which a half-space is ``Bodies(G, nu)``
         and a rigid body "rigid".
-    surface : Paraboloids, Ellipse, Cylinders or SampledDistance
+    surface : Paraboloids, Ellipse, Cylinders, PinInHole or SampledDistance
         Undeformed distance.
     normal_force, approach : float
         Exactly one of the two (in a history at most): compressive force [force;
@@ -328,7 +329,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         bodies = self.bodies
         surface = self.surface
         approach = self.approach
-        if not isinstance(bodies, Bodies) or isinstance(surface, SampledDistance):
+        if not isinstance(bodies, Bodies) or isinstance(surface, PinInHole | SampledDistance):
             return None
         if self.raised:
             return None

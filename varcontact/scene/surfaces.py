@@ -13,6 +13,7 @@ from varcontact.errors import SceneError
 from varcontact.scene.frames import along_axes_of_plane, frames_of_elements
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import Interpolation, continuation, smoothed_field
+from varcontact.scene.pin import PinInHole
 from varcontact.system.process import lazy_property
 
 TURN_MAX = np.pi
@@ -373,11 +374,13 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         return replace(self, h=h)
 
 
-Surface = Paraboloids | Ellipse | Cylinders | SampledDistance
+Surface = Paraboloids | Ellipse | Cylinders | PinInHole | SampledDistance
 
 
 def depth_of(surface: Surface) -> float | None:
     """The depth from which displacements count, where a surface of line contact has one."""
+    if isinstance(surface, PinInHole):
+        return surface.depth
     if isinstance(surface, Cylinders | SampledDistance):
         return surface.reference_depth
     return None
@@ -385,7 +388,7 @@ def depth_of(surface: Surface) -> float | None:
 
 def frames_of(surface: Surface, grid: Grid) -> np.ndarray | None:
     """Rotations (3, 3, ny, nx) from the axes of elements to those of the plane; None: a plane."""
-    if not isinstance(surface, SampledDistance):
+    if not isinstance(surface, PinInHole | SampledDistance):
         return None
     return surface.frames(grid)
 
@@ -410,6 +413,8 @@ def is_curved(surface: Surface) -> bool:
 
 def is_curved_along_x(surface: Surface) -> bool:
     """The reference surface is curved along the rolling direction."""
+    if isinstance(surface, PinInHole):
+        return True
     return isinstance(surface, SampledDistance) and surface.inclination_x is not None
 
 

@@ -24,6 +24,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import TimeStep
+from varcontact.scene.pin import PinInHole
 from varcontact.solvers import registry
 from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solving.coupling import (
@@ -459,6 +460,8 @@ def with_normal_force(
     Newton's method for pressure and tractions has found it; of others pressures have the force as
     their sum, and the secant finds the sum.
     """
+    if isinstance(disc.surface, PinInHole):
+        return _pressed(disc, solver, state, coupled)
     tried: list[tuple[float, float]] = []
     total = float(state.pressure.sum()) * disc.lattice.area * disc.scales.force
     while True:
@@ -478,3 +481,39 @@ def with_normal_force(
             state = contact(under_total, solver, state)
         else:
             state = solver.pressure(under_total, state)
+
+
+def as_held(disc: Discretisation, state: ContactState) -> Discretisation:
+    """The contact with the approach of a state, of a pin that a force presses; others as they are.
+
+    Its approach changes the distance along the arc, so that its problem is one of a given approach.
+    """
+    if disc.loading.normal_force is None or not isinstance(disc.surface, PinInHole):
+        return disc
+    return disc.at_approach(state.approach)
+
+
+def _pressed(
+    disc: Discretisation, solver: ContactSolver, state: ContactState, coupled: bool
+) -> tuple[Discretisation, ContactState]:
+    """The contact of a pin under its force: the secant finds the approach."""
+    tried: list[tuple[float, float]] = []
+    approach = state.approach
+    while True:
+        held = disc.at_approach(approach)
+        state = replace(state, approach=approach)
+        if coupled:
+            state = contact(held, solver, state)
+        else:
+            state = solver.pressure(held, state)
+        excess = disc.excess_force(state.traction, state.pressure)
+        no_nearer = len(tried) > 1 and abs(excess) >= abs(tried[-1][1])
+        enough = abs(excess) <= max(FORCE_TOL, solver.tol)
+        if enough or len(tried) == FORCE_SOLVES_MAX or no_nearer:
+            return held, state
+        slope = (1 + excess) / approach  # force and approach grow together
+        if tried:
+            slope = (excess - tried[-1][1]) / (approach - tried[-1][0])
+        tried.append((approach, excess))
+        # not more than half of the way back
+        approach = max(approach - excess / slope, approach / 2)

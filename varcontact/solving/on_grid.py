@@ -29,7 +29,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance, along_axes
-from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
+from varcontact.solving.contact_solver import ContactSolver, as_held, contact, with_normal_force
 from varcontact.solving.coupling import PASSES_MAX
 from varcontact.solving.given_pressure import without_friction
 from varcontact.solving.options import SolveOptions
@@ -183,16 +183,17 @@ def solve_contact(
         if not (coupled and placed):
             with solver.stats.stage("grid"):
                 closer = attempt < CLOSER_GRIDS_MAX
-                next_grid = adjust(solver.plan, disc, state, closer)
+                next_grid = adjust(solver.plan, as_held(disc, state), state, closer)
 
         # the tractions, on a grid that holds it; of unlike bodies they move the contact
         if next_grid is None:
             state = _with_start(disc, solver, state, traction, initial_guess)
-            state = contact(disc, solver, state)
+            held = as_held(disc, state)
+            state = contact(held, solver, state)
             if coupled:
                 with solver.stats.stage("grid"):
                     closer = 0 < contacts <= CLOSER_GRIDS_MAX
-                    next_grid = adjust(solver.plan, disc, state, closer, with_tractions=True)
+                    next_grid = adjust(solver.plan, held, state, closer, with_tractions=True)
             contacts += 1
         if next_grid is None:
             break

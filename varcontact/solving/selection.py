@@ -21,6 +21,7 @@ from varcontact.scene.consistency import why_centres
 from varcontact.scene.friction import FrictionBound
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
+from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
@@ -404,7 +405,7 @@ def _has_short_steps(motion: object, dx: float) -> bool:
 def why_not_hertz(scene: Scene) -> str:
     """Why the pressure is not Hertz's; nothing where it is."""
     rough = isinstance(scene.motion, Transient) and bool(scene.motion.heights)
-    if rough or any(isinstance(surface, SampledDistance) for surface in scene.surfaces):
+    if rough or any(isinstance(each, SampledDistance | PinInHole) for each in scene.surfaces):
         return "is for paraboloids, ellipses and cylinders"
     if not isinstance(scene.bodies, Bodies):
         return "is for half-spaces, Bodies(G, nu)"

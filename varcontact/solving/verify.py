@@ -104,7 +104,7 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
             return replace(sol, note=ALONE)
         disc = discretise(sol.scene, sol.grid)
         if not sol.scene.force_is_sum:
-            disc = disc.with_loading(normal_force=None, approach=sol.approach)
+            disc = disc.held_at(sol.approach)
         return _verified(disc, sol)
 
 
