@@ -37,9 +37,13 @@ MEDIA = {
     "viscoelastic": of(RUBBER, speed=1.0),
     "viscoelastic on a half-space": of(RUBBER, vc.Bodies(1.0, 0.3), speed=1.0),
     "curved": Conformal(HalfSpaces(0.3), Inclination((-0.2, 0.2), (-0.4, 0.4))),
-    "curved unlike": Conformal(HalfSpaces(0.3, K=0.2), Inclination((-0.2, 0.0, 0.2), (-0.4, 0.1, 0.3))),
+    "curved unlike": Conformal(
+        HalfSpaces(0.3, K=0.2), Inclination((-0.2, 0.0, 0.2), (-0.4, 0.1, 0.3))
+    ),
     "with a layer that shears": ShearLayer(HalfSpaces(0.3, K=0.2), 0.7),
-    "curved with a layer": Conformal(ShearLayer(HalfSpaces(0.3), 0.7), Inclination((-0.2, 0.2), (-0.4, 0.4))),
+    "curved with a layer": Conformal(
+        ShearLayer(HalfSpaces(0.3), 0.7), Inclination((-0.2, 0.2), (-0.4, 0.4))
+    ),
 }
 every_medium = pytest.mark.parametrize("medium", MEDIA.values(), ids=MEDIA)
 

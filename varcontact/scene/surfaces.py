@@ -170,7 +170,8 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
     inclination_x : array_like, shape (nx,), optional
         The same along x, the rolling direction: inclination at each x of the
         samples [rad], positive where it turns from x to z; x is then the length
-        of its arc. Line contact has this one alone.
+        of its arc. Line contact has this one alone, and needs a
+        reference_depth.
 
     Raises
     ------
@@ -215,6 +216,12 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             set_(self, "x", checks.coordinates("surface.x", self.x, columns, "column of h"))
         if self.y is not None:
             set_(self, "y", checks.coordinates("surface.y", self.y, rows, "row of h"))
+        if self.inclination_x is not None and self.line and self.reference_depth is None:
+            allowed = (
+                "given: where the surface is curved along x, forces along x move the bodies "
+                "sideways, by an amount that depends on it"
+            )
+            raise SceneError("surface.reference_depth", None, allowed)
         if self.inclination is not None and self.line:
             allowed = "left out in line contact, which has no y; give inclination_x"
             raise SceneError("surface.inclination", self.inclination, allowed)
