@@ -38,6 +38,9 @@ STRAIGHT = 1e-10
 
 AXES = {"x": 0, "y": 1, "z": 2}
 
+STRAIGHT_AXIS = {"y": "x", "x": "y"}
+"""The other axis, by the one along which a surface is curved."""
+
 TURNED = np.array([[1, 1j], [-1j, 1]]) / 2
 """Rotations of x or y, and z, by an angle t are twice the real part of ``exp(i t)`` times this."""
 
@@ -149,7 +152,9 @@ def conformal_operator(
     plane = [AXES[curved], AXES["z"]]
     turned = np.zeros((3, 3), complex)
     turned[np.ix_(plane, plane)] = TURNED
-    still = np.diag([0.0 if axis in plane else 1.0 for axis in range(3)])
+    still = np.zeros((3, 3))
+    straight = AXES[STRAIGHT_AXIS[curved]]
+    still[straight, straight] = 1.0
 
     def product(left: np.ndarray, right: np.ndarray) -> np.ndarray:
         """Parts of two rotations around the numbers of the flat surface."""
@@ -171,8 +176,8 @@ def conformal_operator(
     # the mean curvature, which depends on the offset alone
     slope = 0.0 if angles.size == 1 else (angles[-1] - angles[0]) / (angles.size - 1)
     mean = _waves(slope * np.arange(angles.size - 1, -angles.size, -1))
-    mean = mean[:, :, None] if curved == "y" else mean[:, None, :]
-    summed = sum(map(np.multiply, mean, harmonics))
+    by_offset = np.expand_dims(mean, {"y": 2, "x": 1}[curved])
+    summed = sum(map(np.multiply, by_offset, harmonics))
     if np.abs(angles - angles[0] - slope * np.arange(angles.size)).max() <= STRAIGHT:
         return GridOperator(table.shape, summed)
     return ConformalOperator(table.shape, summed, angles, harmonics, curved)
@@ -180,10 +185,12 @@ def conformal_operator(
 
 def _turned_components(names: str, curved: str) -> str:
     """Components of the flat surface that turn into some on the curved one."""
-    straight = "x" if curved == "y" else "y"
+    straight = STRAIGHT_AXIS[curved]
     if names == straight:
         return straight
-    return "xyz" if straight in names else curved + "z"
+    if straight in names:
+        return "xyz"
+    return curved + "z"
 
 
 def _waves(angle: np.ndarray) -> np.ndarray:
@@ -225,8 +232,8 @@ class ConformalOperator(GridOperator):
         return matrix.reshape(rows * elements.size, columns * loaded.size)
 
     def _angles_of(self, elements: np.ndarray) -> np.ndarray:
-        row, column = np.divmod(elements, self.shape[1])
-        return self.angles[row if self.curved == "y" else column]
+        places = dict(zip("yx", np.divmod(elements, self.shape[1]), strict=True))
+        return self.angles[places[self.curved]]
 
     def _product(self, tractions: np.ndarray) -> np.ndarray:
         """Product with tractions (columns, ny, nx) on the whole grid, in their precision.
@@ -321,8 +328,8 @@ class ConformalOperator(GridOperator):
         from scipy import fft
 
         harmonics = self._curved_first(self.harmonics)
-        ny, nx = self.shape if self.curved == "y" else self.shape[::-1]
-        box = fft_box(ny, nx)
+        rows, columns = harmonics.shape[-2:]
+        box = fft_box((rows + 1) // 2, (columns + 1) // 2)
         nonzero = np.argwhere(harmonics.any(axis=(-2, -1)))
         return {
             key: np.asarray(fft.rfft2(wrapped(harmonics[key], box)))

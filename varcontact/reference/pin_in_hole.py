@@ -33,8 +33,16 @@ class PinContact:
     R: float
 
     def pressure(self, angle: np.ndarray | float) -> np.ndarray:
-        """Pressure [force/area] at angles from the line of action of the force [rad]; 0 beyond the
-        contact.
+        """Pressure [force/area]; 0 beyond the contact.
+
+        Parameters
+        ----------
+        angle : array_like
+            From the line of action of the force [rad].
+
+        Returns
+        -------
+        ndarray
 
         Notes
         -----
@@ -98,6 +106,7 @@ def pin_in_hole(
     >>> from varcontact.scene.bodies import Bodies
     >>> fit = pin_in_hole(1.0, 0.0, Bodies(G=1.0, nu=0.3), force=1e-3)
     >>> print(f"{np.degrees(fit.half_angle):.2f} degrees")
+    84.83 degrees
     """
     from scipy.optimize import brentq
 

@@ -166,8 +166,8 @@ def rolling_resistance(sol: Solution) -> float:
     pressure = sol.pressure[None]
     # the mean of the shifts in rolling forward and backward: backward by a mirror
     if not disc.mirrors:
-        backward = disc.operators.pressure_to_shift(mirrored(steady.stencil))
-        twice = operator.apply(pressure) - backward.apply(pressure)
+        rolling_back = disc.operators.pressure_to_shift(mirrored(steady.stencil))
+        twice = operator.apply(pressure) - rolling_back.apply(pressure)
     elif sol.scene.conformal:  # across x
         backward = operator.apply(pressure[..., ::-1])[..., ::-1]
         twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * backward

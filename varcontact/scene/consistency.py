@@ -76,6 +76,7 @@ def check(scene: Scene) -> None:
     _check_harmonic(scene)
     _check_speed(scene)
     _check_surfaces(scene)
+    _check_pin(scene)
     _check_friction(scene, problems)
     _check_by_element(scene)
     _check_depth(scene, problems)
@@ -245,12 +246,13 @@ def _check_surfaces(scene: Scene) -> None:
             raise SceneError("motion.surface", surface, allowed)
     if any(is_curved(surface) for surface in (scene.surface, *scene.surfaces)):
         _check_conformal(scene)
-    if isinstance(scene.surface, PinInHole):
-        _check_pin(scene, scene.surface)
 
 
-def _check_pin(scene: Scene, pin: PinInHole) -> None:
+def _check_pin(scene: Scene) -> None:
     """A pin and its hole are elastic, pressed by a force, on a grid that goes round once."""
+    pin = scene.surface
+    if not isinstance(pin, PinInHole):
+        return
     if not isinstance(scene.bodies, Bodies):
         allowed = "Bodies: influence numbers of a pin and of a hole are those of elastic bodies"
         raise SceneError("bodies", scene.bodies, allowed)

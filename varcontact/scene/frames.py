@@ -13,8 +13,10 @@ def frames_of_elements(by_row: np.ndarray, by_column: np.ndarray) -> np.ndarray:
     Columns are the axes x, y, z of an element: turned about x by the inclination of its row, then
     about y by that of its column. Positive inclinations rise towards positive y and x.
     """
-    sin_y, cos_y = np.sin(by_row)[:, None], np.cos(by_row)[:, None]
-    sin_x, cos_x = np.sin(by_column), np.cos(by_column)
+    sin_y = np.sin(by_row)[:, None]
+    cos_y = np.cos(by_row)[:, None]
+    sin_x = np.sin(by_column)
+    cos_x = np.cos(by_column)
     frames = np.zeros((3, 3, by_row.size, by_column.size))
     frames[0] = np.broadcast_arrays(cos_x, -sin_x * sin_y, -sin_x * cos_y)
     frames[1, 1] = cos_y
@@ -35,10 +37,10 @@ def half_turns(field: np.ndarray, loaded: np.ndarray) -> np.ndarray:
     turns = np.einsum("kin,kjm->ijnm", field, loaded)
     # quaternions of the turns, of half their angle
     scalar = np.sqrt(np.maximum(1 + np.trace(turns), 0.0)) / 2
-    x, y, z = [(turns[i, j] - turns[j, i]) / (4 * scalar) for i, j in ((2, 1), (0, 2), (1, 0))]
+    axis = np.array([turns[j, i] - turns[i, j] for i, j in ((1, 2), (2, 0), (0, 1))]) / (4 * scalar)
     size = np.sqrt(2 * (1 + scalar))
     scalar = (1 + scalar) / size
-    x, y, z = x / size, y / size, z / size
+    x, y, z = axis / size
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - scalar * z), 2 * (x * z + scalar * y)],

@@ -63,7 +63,9 @@ class PinInHole(
     ...     bodies=vc.Bodies(G=80e9, nu=0.3), surface=PinInHole(R=0.010, clearance=5e-6),
     ...     normal_force=1e6)
     >>> solution = vc.solve(scene)
-    >>> print(f"{solution.half_width / 0.010 * 180 / 3.14159:.0f} degrees either way")
+    >>> angles = np.degrees(solution.grid.x[solution.pressure[0] > 0] / 0.010)
+    >>> print(f"{angles.max():.0f} degrees either way, {solution.max_pressure / 1e6:.0f} MPa")
+    59 degrees either way, 72 MPa
     """
 
     R: float

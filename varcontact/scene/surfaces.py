@@ -216,6 +216,12 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             set_(self, "x", checks.coordinates("surface.x", self.x, columns, "column of h"))
         if self.y is not None:
             set_(self, "y", checks.coordinates("surface.y", self.y, rows, "row of h"))
+        self._check_inclinations()
+
+    def _check_inclinations(self) -> None:
+        """Refuse inclinations that turn too far, or that line contact cannot have."""
+        set_ = object.__setattr__
+        rows, columns = self.samples.shape
         if self.inclination_x is not None and self.line and self.reference_depth is None:
             allowed = (
                 "given: where the surface is curved along x, forces along x move the bodies "
