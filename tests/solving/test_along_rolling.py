@@ -235,6 +235,8 @@ BAD = {
     "approach": [lambda: replace(pin(1e-5), normal_force=None, approach=1e-6)],
     "bodies": [lambda: pin(1e-5, bodies=vc.Layered([vc.Layer(h=0.1, G=3.0, nu=0.3)], base=(1.0, 0.3)))],
     "grid": [lambda: pin(1e-5, grid=vc.Grid(nx=100, dx=0.07 * R, x0=-3.5 * R))],
+    "grid.tractions": [lambda: pin(1e-5, grid=vc.Grid(nx=100, tractions="linear"))],
+    "loads": [lambda: pin(1e-5, loads=vc.SurfaceLoad(x=(0.5 * R, 0.6 * R), pressure=1e6))],
     "normal": [lambda: vc.solve(pin(1e-5), normal="hertz")],
     "tangential": [
         lambda: vc.solve(pin(1e-5, friction=0.2, motion=vc.Steady(vx=1e-3)), tangential="fastsim")

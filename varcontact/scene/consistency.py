@@ -281,6 +281,8 @@ def _check_tractions(scene: Scene) -> None:
     others = {"bodies": scene.bodies, "third_body": scene.third_body, "thermal": scene.thermal}
     if isinstance(scene.bodies, Bodies):
         del others["bodies"]
+    if scene.conformal:
+        others["a curved surface"] = scene.surface
     for name, value in others.items():
         if value is not None:
             allowed = '"constant": linear ones are for half-spaces that touch, without heat'

@@ -93,10 +93,8 @@ class PinInHole(
         return (2 * self.clearance * np.sin(grid.x / (2 * self.R)) ** 2)[None, :]
 
     def lowered(self, approach: float) -> PinInHole:
-        """Bodies whose distance is, less an approach everywhere, that of these with the pin moved
-        along z by so much.
-
-        The distance is less by the approach times the cosine.
+        """Bodies whose distance, less an `approach` everywhere, is that of these with the pin moved
+        along z by so much: less by the approach times the cosine of the angle.
         """
         return replace(self, clearance=self.clearance + approach)
 

@@ -34,8 +34,8 @@ from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Edge, Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
-from varcontact.scene.surface_load import SurfaceLoad, as_loads
 from varcontact.scene.pin import PinInHole
+from varcontact.scene.surface_load import SurfaceLoad, as_loads
 from varcontact.scene.surfaces import (
     Ellipse,
     Paraboloids,
