@@ -104,15 +104,37 @@ def creepage_carrying(
     The forces fall with vx and vy; at a creepage of about `unit` all slips.
     """
     Fx, Fy = prescribed
+    if Fx is None and Fy is None:
+        return creepage
     size = float(np.hypot(Fx or 0.0, Fy or 0.0))
     if size >= carried:
         raise Saturated(size, carried)
-    if Fx is None and Fy is None:
-        return creepage
     vx, vy, spin = (float(value) for value in creepage)
 
     def at(x: float, y: float) -> np.ndarray:
         return force(np.array([x, y, spin]))
+
+    if Fx is not None and Fy is not None:
+        both = _both_at_once(at, np.array([Fx, Fy]), unit, carried)
+        if both is not None:
+            return np.array([*both, spin])
+    x, y = _one_inside_the_other(at, (vx, vy), prescribed, unit)
+    forces = at(x, y)
+    error = max(abs(forces[i] - F) for i, F in enumerate(prescribed) if F is not None)
+    if error > 1e-9 * carried:
+        raise NotConverged("no creepages found for the prescribed force", error / carried)
+    return np.array([x, y, spin])
+
+
+def _one_inside_the_other(
+    at: Callable[[float, float], np.ndarray],
+    creepage: tuple[float, float],
+    prescribed: tuple[float | None, float | None],
+    unit: float,
+) -> tuple[float, float]:
+    """vx and vy of the prescribed forces, vy by a search within that of vx."""
+    Fx, Fy = prescribed
+    x, vy = creepage
 
     def lateral(x: float) -> float:
         """vy for the prescribed Fy, at a vx."""
@@ -120,21 +142,9 @@ def creepage_carrying(
             return vy
         return _root(lambda y: float(at(x, y)[1]) - Fy, unit)
 
-    if Fx is not None and Fy is not None:
-        both = _both_at_once(at, np.array([Fx, Fy]), unit, carried)
-        if both is not None:
-            return np.array([*both, spin])
-    # one inside the other
-    x = vx
     if Fx is not None:
         x = _root(lambda x: float(at(x, lateral(x))[0]) - Fx, unit)
-    y = lateral(x)
-    forces = at(x, y)
-    errors = [abs(forces[i] - F) for i, F in enumerate(prescribed) if F is not None]
-    error = max(errors, default=0.0)
-    if error > 1e-9 * carried:
-        raise NotConverged("no creepages found for the prescribed force", error / carried)
-    return np.array([x, y, spin])
+    return x, lateral(x)
 
 
 def _both_at_once(
@@ -149,7 +159,7 @@ def _both_at_once(
         return np.asarray((at(*(unit * scaled)) - forces) / carried)
 
     hybrid = root(excess, np.zeros(2), tol=1e-13, options=HYBRID)
-    if np.any(np.abs(hybrid.fun) >= 1e-11):
+    if not np.all(np.abs(hybrid.fun) < 1e-11):
         return None
     return np.asarray(unit * hybrid.x)
 
