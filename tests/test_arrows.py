@@ -53,6 +53,7 @@ CONVENIENCE = {
     "results.frequency": {"plotting.frequency"},
     "results.history": {"io.history", "plotting.history"},
     "plasticity.limits": {"plasticity.plots"},
+    "wheel_rail.geometry_table": {"wheel_rail.plots"},
     "wheel_rail.profile": {"wheel_rail.plots"},
     "wheel_rail.result": {"wheel_rail.plots"},
     "wheel_rail.wheel_set_solution": {"wheel_rail.plots"},

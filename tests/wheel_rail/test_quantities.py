@@ -29,8 +29,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # elements are few to be fast
 HALF_WIDTH = Quantity(
     name="half_width",
     unit="mm",
-    exact=lambda worn: worn.solved.half_width,
-    fast=lambda patch, wheel: patch.ellipse.b,
+    patch=lambda patch: patch.half_width,
     report=InReport(3, "half width {} mm", ".4g"),
     printed=12,
     panel=Panel("Half width [um]", 1e3, positions=13, sweep=7),

@@ -118,16 +118,33 @@ def _to_vtu(sol: Solution) -> bytes:
     points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
     corner = np.arange(nx) + (nx + 1) * np.arange(ny)[:, None]
     cells = np.stack([corner, corner + 1, corner + nx + 2, corner + nx + 1], axis=-1).reshape(-1, 4)
+    return unstructured(points, cells, 9, _cell_arrays(sol), at_cells=True)
+
+
+def unstructured(
+    points: np.ndarray,
+    cells: np.ndarray,
+    kind: int,
+    arrays: dict[str, np.ndarray],
+    at_cells: bool = False,
+) -> bytes:
+    """VTK's file of cells of one kind, shape (n, corners), with arrays at points or cells."""
+    corners = cells.shape[1]
+    where = "PointData"
+    if at_cells:
+        where = "CellData"
     body = [
         "<UnstructuredGrid>",
         f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">',
         *("<Points>", _array("points", points), "</Points>"),
         "<Cells>",
         _array("connectivity", cells.reshape(-1).astype(np.int64)),
-        _array("offsets", 4 * np.arange(1, len(cells) + 1, dtype=np.int64)),
-        _array("types", np.full(len(cells), 9, dtype=np.uint8)),
+        _array("offsets", corners * np.arange(1, len(cells) + 1, dtype=np.int64)),
+        _array("types", np.full(len(cells), kind, dtype=np.uint8)),
         "</Cells>",
-        *_cell_data(sol),
+        f"<{where}>",
+        *(_array(name, values) for name, values in arrays.items()),
+        f"</{where}>",
         "</Piece>",
         "</UnstructuredGrid>",
     ]
@@ -145,25 +162,25 @@ def _to_vti(sol: Solution) -> bytes:
     body = [
         f'<ImageData WholeExtent="{extent}" {place}>',
         piece,
-        *_cell_data(sol),
+        "<CellData>",
+        *(_array(name, values) for name, values in _cell_arrays(sol).items()),
+        "</CellData>",
         "</Piece>",
         "</ImageData>",
     ]
     return _vtk_file("ImageData", body)
 
 
-def _cell_data(sol: Solution) -> list[str]:
+def _cell_arrays(sol: Solution) -> dict[str, np.ndarray]:
     """Fields by element; vectors with three components, as VTK has them."""
     columns = _columns(sol)
-    arrays = [
-        _array(name, columns[name])
-        for name in QUANTITIES
-        if name not in ("x", "y") and name[-2] != "_"
-    ]
+    arrays = {
+        name: columns[name] for name in QUANTITIES if name not in ("x", "y") and name[-2] != "_"
+    }
     for name in ("traction", "slip"):
         plane = [columns[f"{name}_x"], columns[f"{name}_y"]]
-        arrays.append(_array(name, np.stack([*plane, np.zeros_like(plane[0])], axis=1)))
-    return ["<CellData>", *arrays, "</CellData>"]
+        arrays[name] = np.stack([*plane, np.zeros_like(plane[0])], axis=1)
+    return arrays
 
 
 _VTK_TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8", "int8": "Int8"}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, Literal, Protocol, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 import numpy as np
 
@@ -18,10 +19,16 @@ from varcontact.elasticity.layered_field import (
 )
 from varcontact.elasticity.subsurface import ElasticField, element_stresses, field_at, field_below
 from varcontact.errors import SceneError
+from varcontact.io.labelled import Labelled
+from varcontact.io.stress import VTK_FORMATS, stress_dataset
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, Layered
 from varcontact.scene.grid import Grid
+from varcontact.scene.units import IN_WORDS, Units
 from varcontact.system.process import SMALLER, need
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Body = Literal["upper", "lower", "rail", "wheel"] | int
 STRIPS = 16
@@ -51,7 +58,7 @@ class Patch(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class SubsurfaceStress:
+class SubsurfaceStress(Labelled):
     """The elastic field at points of one body, in the scene's units and axes (z up into body 1).
 
     Attributes
@@ -67,15 +74,38 @@ class SubsurfaceStress:
         ``du_i/dx_j`` at ``[i, j]`` [-].
     stress : ndarray, shape (3, 3, ...)
         Tension positive [force/area].
+    units : Units
+        Of the scene.
     """
 
+    more_formats = VTK_FORMATS
     body: int
     points: np.ndarray
     displacement: np.ndarray
     gradient: np.ndarray
     stress: np.ndarray
+    units: Units = IN_WORDS
 
     __repr__ = checks.short_entries
+
+    def to_xarray(self) -> xr.Dataset:
+        """Displacements, stresses and equivalent stresses, by component, with units.
+
+        Over z, y and x, if the points are a grid, as those of `stress_below`; else over "point",
+        in the order of the points.
+        """
+        return stress_dataset(self)
+
+    @checks.named_options()
+    def save(self, path: str | Path, overwrite: bool = False) -> None:
+        """Write a file in the format of its ending, whole or not at all.
+
+        ``.nc`` (netCDF) is `to_xarray`, ``.csv`` the table `to_dataframe`, ``.vtu`` is for
+        ParaView: hexahedra between the points of a grid in three dimensions, else points. A file
+        at `path` that holds such a result is replaced, any other only with `overwrite`; OutputError
+        where that is missing, or the file cannot be written.
+        """
+        super().save(path, overwrite)
 
     @property
     def first_invariant(self) -> np.ndarray:
@@ -387,4 +417,5 @@ class BodyField:
             displacement=displacement,
             gradient=field.gradient.reshape(3, 3, *trailing) * tensor,
             stress=field.stress.reshape(3, 3, *trailing) * tensor,
+            units=scene.units or IN_WORDS,
         )

@@ -11,6 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import Reported
+from varcontact.io.labelled import Labelled
 from varcontact.results.error_estimate import with_bar
 from varcontact.scene.scene import Scene
 from varcontact.study.parameters import changed
@@ -18,7 +19,9 @@ from varcontact.study.scan import creep_curve
 from varcontact.theories.creep_forces import OPTIONS
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
+    from matplotlib.figure import Figure
 
 REFUSED = 10.0
 """Residual, relative to the largest force, of parameters that a scene refuses: no step ends
@@ -34,7 +37,7 @@ EFFECT_MIN = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class CreepCurveFit(Reported):
+class CreepCurveFit(Reported, Labelled):
     """Fitted parameters, with their standard errors.
 
     Attributes
@@ -56,6 +59,11 @@ class CreepCurveFit(Reported):
         Fitted options of the theory.
     curve : xarray.Dataset
         The fitted curve at the measured creepages, as `creep_curve` gives it.
+    measured : dict of str to ndarray
+        Measured forces, "Fx" or "Fy" or both [force]; NaN where there is none.
+    sigma : float
+        Standard error of a measured force: given, or that of the residuals
+        [force].
     """
 
     values: dict[str, float]
@@ -66,6 +74,40 @@ class CreepCurveFit(Reported):
     scene: Scene
     options: dict[str, float]
     curve: xr.Dataset
+    measured: dict[str, np.ndarray]
+    sigma: float
+
+    def to_xarray(self) -> xr.Dataset:
+        """Values, errors and correlation over the parameters; measured and fitted forces over the
+        measured creepages.
+        """
+        from varcontact.study.fit_data import fit_dataset
+
+        return fit_dataset(self)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row for each parameter: its value, its standard error, and whether it is on a bound."""
+        import pandas as pd
+
+        rows = [
+            {
+                "parameter": name,
+                "value": value,
+                "error": self.errors[name],
+                "on_bound": name in self.on_bounds,
+            }
+            for name, value in self.values.items()
+        ]
+        return pd.DataFrame(rows)
+
+    @checks.named_options()
+    def plot(self, *, figsize: tuple[float, float] | None = None) -> Figure:
+        """Measured forces with bars of their standard error, and the fitted curve; `figsize` is in
+        inches.
+        """
+        from varcontact.study.fit_data import plot_fit
+
+        return plot_fit(self, figsize)
 
     def report(self) -> str:
         """The parameters with their errors, a line each, and the residual."""
@@ -210,6 +252,8 @@ def fit_creep_curve(
         scene=fitted,
         options=options,
         curve=curve,
+        measured=forces,
+        sigma=float(sigma),
     )
 
 

@@ -138,7 +138,8 @@ def _patch_with(frame: Frame, force: np.ndarray) -> FastPatch:
     """A patch with a force in its frame."""
     at_rest = Creepages(0.0, 0.0, 0.0, 1.0)
     point = Ellipse(0.0, 0.0, 0.0, 0.0)
-    return FastPatch(frame, 0.0, at_rest, 0.0, point, force, 0.0)
+    nowhere = np.full(2, np.nan)
+    return FastPatch(frame, 0.0, at_rest, 0.0, point, force, 0.0, nowhere, nowhere, np.nan)
 
 
 def equations(case: LoadedWheelSet, held: tuple[str, ...] = ()) -> Balance:

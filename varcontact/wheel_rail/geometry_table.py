@@ -1,16 +1,5 @@
 """Geometry of a wheel set on straight track: contacts tabulated over lateral
-displacement and yaw, with the forces of fast theories; rolling radius
-difference and equivalent conicity as in EN 15302.
-
-For the conicity wheels and rails are rigid, and the axle is level and square to
-the track. Displaced by y, the wheel set turns towards the smaller radius, so
-that along the distance rolled
-
-    y'' = -(r_right(y) - r_left(y)) / (e R),
-
-with the distance e of the nominal circles and their radius R. The equivalent
-conicity for an amplitude is that of the cones whose motion, Klingel's, is as
-long a wave: ``2 e R (pi / wavelength)^2``.
+displacement and yaw, with the forces of fast theories.
 """
 
 from __future__ import annotations
@@ -18,22 +7,29 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import NoContact, NotConverged, SceneError, VarcontactError
+from varcontact.io.labelled import Labelled
 from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import TheoryName, elastic, formula_of, theory_options
 from varcontact.theories.linear import Contact
-from varcontact.wheel_rail.locus import contact_locus
+from varcontact.wheel_rail.conicity import equivalent_conicity as equivalent_conicity
+from varcontact.wheel_rail.conicity import rolling_radius_difference as rolling_radius_difference
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import estimated
 from varcontact.wheel_rail.wheel_geometry import STEEL
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
 
 SLOTS = 3
 """Patches of a wheel that are tabulated at most."""
@@ -43,11 +39,6 @@ GROWTH = np.array([1 / 3, 1 / 3, 1.0, 2 / 3])
 """Powers of the force with which a, b, the force itself and the approach of Hertz's contact
 grow."""
 MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
-STEP = 0.05
-"""Distance of displacements whose rolling radius difference is computed [mm]; between them it is
-linear."""
-PHASES = 400
-"""Points of a quarter of a wave."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +68,7 @@ class WheelSetForces:
 
 
 @dataclass(frozen=True, eq=False)
-class GeometryTable:
+class GeometryTable(Labelled):
     """Contacts of the right wheel over lateral displacement and yaw; those of
     the left are mirror images.
 
@@ -101,6 +92,7 @@ class GeometryTable:
     wheelset : WheelSet
     bodies : Bodies
     friction : float
+    track : Track
     """
 
     y: np.ndarray
@@ -111,8 +103,38 @@ class GeometryTable:
     wheelset: WheelSet
     bodies: Bodies
     friction: float
+    track: Track
 
     __repr__ = checks.short_entries
+
+    def to_xarray(self) -> xr.Dataset:
+        """Contacts of the right wheel over y, yaw and patch, with names and units; rolling radius
+        difference and equivalent conicity over y.
+        """
+        from varcontact.wheel_rail.geometry_data import table_dataset
+
+        return table_dataset(self)
+
+    @checks.named_options()
+    def save_columns(self, path: str | Path, *, yaw: float = 0.0, overwrite: bool = False) -> None:
+        """Write the columns that vehicle codes read to a `path` (.csv), a row for each lateral
+        displacement at a node of `yaw` [rad]; see docs/vehicle_codes.md. A file is replaced as by
+        `save`, with `overwrite` any.
+
+        SceneError if there is no such node.
+        """
+        from varcontact.wheel_rail.vehicle_table import save_columns
+
+        save_columns(self, path, yaw, overwrite)
+
+    @checks.named_options()
+    def plot(self, *, figsize: tuple[float, float] | None = None) -> Figure:
+        """Rolling radius difference, contact angle, conicity, and contacts on both profiles, over
+        the lateral displacement at the middle node of yaw; `figsize` is in inches.
+        """
+        from varcontact.wheel_rail.plots import plot_geometry
+
+        return plot_geometry(self, figsize)
 
     @checks.named_options()
     def contacts(self, y: float, yaw: float, side: Side) -> tuple[float, np.ndarray]:
@@ -348,7 +370,7 @@ def geometry_table(
         warnings.warn(
             f"{len(without)} of {count.size} nodes have no contact, {where}: {first}", stacklevel=3
         )
-    return GeometryTable(y, yaw, z, count, patches, wheelset, bodies, coefficient)
+    return GeometryTable(y, yaw, z, count, patches, wheelset, bodies, coefficient, track)
 
 
 def _nodes(field: str, value: Any) -> np.ndarray:
@@ -371,136 +393,3 @@ def _cell(field: str, nodes: np.ndarray, given: float, sign: float) -> tuple[int
         raise SceneError(field, given, f"within the table, {nodes[0]:g} to {nodes[-1]:g}")
     i = min(int(nodes.searchsorted(value, side="right")) - 1, nodes.size - 2)
     return i, float((value - nodes[i]) / (nodes[i + 1] - nodes[i]))
-
-
-@checks.named_options()
-def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
-    """Rolling radius of the right wheel less that of the left, both where they touch first.
-
-    Parameters
-    ----------
-    track : Track
-    wheelset : WheelSet
-    y : float or array_like
-        Lateral displacements, to the right [mm].
-
-    Returns
-    -------
-    float or ndarray
-        In the shape of y [mm].
-
-    Raises
-    ------
-    SceneError
-        If a displacement is not finite, or the wheels touch at the end of a
-        profile.
-    NoContact
-        If a wheel is beside the rail.
-
-    Examples
-    --------
-    >>> from varcontact.wheel_rail import Profile
-    >>> track = Track(rail=Profile.rail_60e1(), cant=1 / 40)
-    >>> wheelset = WheelSet(wheel=Profile.s1002())
-    >>> print(rolling_radius_difference(track, wheelset, [0.0, 1.0, 3.0, 5.0]).round(2))
-    [0.   0.61 0.94 1.45]
-    """
-    checks.kind("track", track, Track)
-    checks.kind("wheelset", wheelset, WheelSet)
-    places = checks.numbers("y", y)
-    wheel = wheelset.placed("right")
-    rail = track.placed("right")
-    radii = {}
-    for each in {*places.flat, *(-places).flat}:
-        locus = contact_locus(wheel, rail, np.eye(3), np.array([0.0, each, -wheelset.radius]))
-        nearest = int(locus.gap.argmin())
-        gap = np.pad(locus.gap, 1, constant_values=np.inf)
-        before, least, after = gap[nearest : nearest + 3]
-        if not np.isfinite(before + after):
-            raise SceneError(
-                "y", each, message=f"y = {each:g} mm: the wheel touches at the end of a profile"
-            )
-        # at the lowest point of a parabola through the nearest circles
-        step = locus.s[nearest] - locus.s[nearest - 1]
-        bend = before - 2 * least + after
-        beside = 0.0
-        if bend > 0:
-            beside = step * (before - after) / (2 * bend)
-        radii[each] = float(wheel.points(locus.s[nearest] + beside)[1])
-    differences = [radii[each] - radii[-each] for each in places.flat]
-    return _like(places, np.array(differences).reshape(places.shape))
-
-
-def _like(given: np.ndarray, values: np.ndarray) -> Any:
-    """Values as an array, or as a number where a number is given."""
-    if given.ndim:
-        return values
-    return float(values)
-
-
-@checks.named_options()
-def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any:
-    """The conicity of the wheel set whose motion is as long a wave, by EN 15302.
-
-    Parameters
-    ----------
-    track : Track
-    wheelset : WheelSet
-    amplitude : float or array_like
-        Of the lateral motion; 3 mm is the usual one [mm].
-
-    Returns
-    -------
-    float or ndarray
-        In the shape of the amplitude [-]: 0 where nothing turns the wheel set
-        back. Negative where it is turned away from the middle, as with hollow
-        wheels: minus the conicity of the opposite difference of the radii.
-        Where it is turned away on part of the way, so that it does not come
-        back to the middle from there, that of harmonic linearisation,
-        ``2/(pi a)`` times the integral of ``difference(a sin(t)) sin(t)`` over
-        a quarter of the wave.
-
-    Raises
-    ------
-    SceneError, NoContact
-        See `rolling_radius_difference`; for an amplitude that is not positive.
-
-    Examples
-    --------
-    >>> from varcontact.wheel_rail import Profile
-    >>> track = Track(rail=Profile.rail_60e1(), cant=1 / 40)
-    >>> wheelset = WheelSet(wheel=Profile.s1002())
-    >>> print(f"{equivalent_conicity(track, wheelset, 3.0):.2f}")
-    0.17
-    """
-    from scipy.interpolate import make_interp_spline
-
-    wanted = checks.positives("amplitude", amplitude)
-    if not wanted.size:
-        return wanted
-    nodes = np.linspace(0.0, wanted.max(), int(np.ceil(wanted.max() / STEP)) + 1)
-    difference = rolling_radius_difference(track, wheelset, nodes)
-    between = make_interp_spline(nodes, difference, k=1)
-    work = between.antiderivative()
-    phase = (np.arange(PHASES) + 0.5) / PHASES * np.pi / 2
-    y = wanted[..., None] * np.sin(phase)
-    quickest = wanted[..., None] * np.cos(phase)
-    left = work(wanted)[..., None] - work(y)
-    # of the wave; where there is none, of that of the opposite difference; else linearised
-    conicity = _of_wave(left, quickest)
-    turned_away = -_of_wave(-left, quickest)
-    linearised = np.mean(between(y) * np.sin(phase), axis=-1) / wanted
-    conicity = np.where(np.isnan(conicity), turned_away, conicity)
-    conicity = np.where(np.isnan(conicity), linearised, conicity)
-    return _like(wanted, conicity)
-
-
-def _of_wave(left: np.ndarray, quickest: np.ndarray) -> np.ndarray:
-    """The conicity whose motion is as long a wave; NaN where there is none.
-
-    The wave is 4 times the integral of dy/y' with y'^2 = 2 left / (e R); and e R drops out of the
-    conicity.
-    """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        quarter = np.pi / 2 * np.mean(quickest / np.sqrt(2 * left), axis=-1)
-    return np.asarray(2 * (np.pi / (4 * quarter)) ** 2)

@@ -16,6 +16,7 @@ from varcontact.plotting.style import (
     colour_bar,
     empty_figure,
     legend_below,
+    look,
     new_figure,
     styled,
 )
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from varcontact.wheel_rail.geometry_table import GeometryTable
     from varcontact.wheel_rail.profile import Profile
     from varcontact.wheel_rail.result import Wear, WheelForces, WheelRailSolution
     from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
@@ -283,6 +285,48 @@ def plot_wear(worn: Wear) -> Figure:
                     title=type(each.archard).__name__,
                 )
                 ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]")
+        figure.draw_without_rendering()
+    return figure
+
+
+def plot_geometry(table: GeometryTable, figsize: tuple[float, float] | None = None) -> Figure:
+    """Rolling radius difference, contact angle, conicity and contacts on the profiles of the right
+    wheel, over the lateral displacement, at the middle node of yaw.
+    """
+    data = table.to_xarray().isel(yaw=table.yaw.size // 2)
+    with styled():
+        figure, axes = new_figure(3, 2, (PAGE, 0.9 * PAGE), figsize, sharex=True)
+        of_axle = {
+            "radius_difference": "rolling radius difference [mm]",
+            "conicity": "equivalent conicity",
+        }
+        for ax, (name, label) in zip(axes, of_axle.items(), strict=False):
+            ax.plot(table.y, data[name], "o-", markersize=3)
+            ax.set_ylabel(label)
+        of_patches = {
+            "angle": ("contact angle [mrad]", 1e3),
+            "rolling_radius": ("rolling radius [mm]", 1.0),
+            "on_rail": ("contact on the rail, y [mm]", 1.0),
+            "on_wheel": ("contact on the wheel, y [mm]", 1.0),
+        }
+        for ax, (name, (label, factor)) in zip(axes[2:], of_patches.items(), strict=True):
+            for k, patch in enumerate(data["patch"].values):
+                values = factor * data[name].sel(patch=patch)
+                if np.isfinite(values).any():
+                    ax.plot(
+                        table.y,
+                        values,
+                        **look(k),
+                        linestyle="",
+                        markersize=3,
+                        label=f"patch {patch}",
+                    )
+            ax.set_ylabel(label)
+        for ax in axes[-2:]:
+            ax.set_xlabel("lateral displacement [mm]")
+        axes[0].set_title("wheel set, without yaw")
+        axes[2].set_title(f"right wheel, yaw = {1e3 * float(data['yaw']):.3g} mrad")
+        legend_below(axes[-2])
         figure.draw_without_rendering()
     return figure
 

@@ -85,13 +85,12 @@ class Quantity:
     ----------
     name : str
         Of its column.
-    exact : callable
-        Its value by the `PatchWear` of an exact solution. If it is of an axle,
-        by the solution; of a wheel, by the solution of the wheel set and the
-        side.
-    fast : callable, optional
-        Its value by the `FastPatch` and the `FastWheel` of an estimate; NaN if
-        not given. Not for axles and wheels.
+    patch : callable, optional
+        Its value by a `PatchSolution`, or by the `FastPatch` of an estimate.
+    exact : callable, optional
+        In its place, where an estimate has no value: by the `PatchWear` of an
+        exact solution. If it is of an axle, by the solution; of a wheel, by the
+        solution of the wheel set and the side.
     of : {"patch", "wheel", "axle"}
         What it is a quantity of: of an axle it is the same in all rows.
     unit : str
@@ -109,8 +108,8 @@ class Quantity:
     """
 
     name: str
-    exact: Callable[..., Any]
-    fast: Callable[..., Any] | None = None
+    patch: Callable[[Any], Any] | None = None
+    exact: Callable[..., Any] | None = None
     of: Owner = "patch"
     unit: str = ""
     of_sets: bool = False
@@ -120,13 +119,24 @@ class Quantity:
     printed: int | None = None
     panel: Panel | None = None
 
+    def of_patch(self, worn: PatchWear) -> float:
+        """The value of a patch of an exact solution, by its wear `worn`."""
+        if self.patch is not None:
+            return float(self.patch(worn.solved))
+        return self.of_solution(worn)
+
+    def of_solution(self, *solution: Any) -> float:
+        """The value by `exact`, of a `solution`, and a side."""
+        assert self.exact is not None
+        return float(self.exact(*solution))
+
     def in_words(self, patch: PatchWear) -> str:
         """The words of the report, with the value of a `patch`."""
         assert self.report is not None
         error = math.nan
         if self.error is not None:
             error = float(self.error(patch))
-        return self.report.filled(float(self.exact(patch)), error)
+        return self.report.filled(self.of_patch(patch), error)
 
 
 def _pitch_rate(found: Any) -> float:
@@ -142,8 +152,8 @@ def _wear_depth(worn: PatchWear) -> float:
     return float(worn.depth.max())
 
 
-def _utilised(worn: PatchWear) -> float:
-    Fx, Fs, FN = worn.solved.force
+def _utilised(patch: Any) -> float:
+    Fx, Fs, FN = patch.force
     return math.hypot(Fx, Fs) / FN
 
 
@@ -184,27 +194,23 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         name="location_x",
         unit="mm",
-        exact=lambda worn: worn.solved.patch.location[0],
-        fast=lambda patch, wheel: patch.frame.origin[0],
+        patch=lambda patch: patch.location[0],
     ),
     Quantity(
         name="location_y",
         unit="mm",
-        exact=lambda worn: worn.solved.patch.location[1],
-        fast=lambda patch, wheel: patch.frame.origin[1],
+        patch=lambda patch: patch.location[1],
         report=InReport(1, "at y = {} mm"),
     ),
     Quantity(
         name="location_z",
         unit="mm",
-        exact=lambda worn: worn.solved.patch.location[2],
-        fast=lambda patch, wheel: patch.frame.origin[2],
+        patch=lambda patch: patch.location[2],
     ),
     Quantity(
         name="angle",
         unit="rad",
-        exact=lambda worn: worn.solved.patch.angle,
-        fast=lambda patch, wheel: patch.angle,
+        patch=lambda patch: patch.angle,
         report=InReport(1, "angle {}", ".4g"),
         printed=4,
         panel=Panel("Contact angle [mrad]", 1e3, positions=3, sweep=6),
@@ -212,46 +218,40 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         name="on_rail",
         unit="mm",
-        exact=lambda worn: worn.solved.patch.on_rail[0],
-        fast=lambda patch, wheel: wheel.on_rail(patch)[0],
+        patch=lambda patch: patch.on_rail[0],
         printed=2,
         panel=Panel("Contact on the rail, y [mm]", positions=1),
     ),
     Quantity(
         name="on_wheel",
         unit="mm",
-        exact=lambda worn: worn.solved.patch.on_wheel[0],
-        fast=lambda patch, wheel: wheel.on_wheel(patch)[0],
+        patch=lambda patch: patch.on_wheel[0],
         printed=3,
         panel=Panel("Contact on the wheel, y [mm]", positions=2),
     ),
     Quantity(
         name="rolling_radius",
         unit="mm",
-        exact=lambda worn: worn.solved.patch.rolling_radius,
-        fast=lambda patch, wheel: wheel.case.wheelset.radius + wheel.on_wheel(patch)[1],
+        patch=lambda patch: patch.rolling_radius,
         panel=Panel("Rolling radius [mm]", positions=4),
     ),
     # creepages
     Quantity(
         name="vx",
-        exact=lambda worn: worn.solved.patch.creepage.vx,
-        fast=lambda patch, wheel: patch.creepage.vx,
+        patch=lambda patch: patch.creepage.vx,
         printed=5,
         panel=Panel("Longitudinal creepage [10⁻³]", 1e3, positions=5),
     ),
     Quantity(
         name="vy",
-        exact=lambda worn: worn.solved.patch.creepage.vy,
-        fast=lambda patch, wheel: patch.creepage.vy,
+        patch=lambda patch: patch.creepage.vy,
         printed=6,
         panel=Panel("Lateral creepage [10⁻³]", 1e3, positions=6),
     ),
     Quantity(
         name="spin",
         unit="1/mm",
-        exact=lambda worn: worn.solved.patch.creepage.spin,
-        fast=lambda patch, wheel: patch.creepage.spin,
+        patch=lambda patch: patch.creepage.spin,
         printed=7,
         panel=Panel("Spin [1/m]", 1e3, positions=7),
     ),
@@ -259,8 +259,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         name="FN",
         unit="N",
-        exact=lambda worn: worn.solved.force[2],
-        fast=lambda patch, wheel: patch.force[2],
+        patch=lambda patch: patch.force[2],
         error=lambda worn: worn.solved.error[2],
         error_column="error_FN",
         report=InReport(2, "FN = {} kN", factor=1e-3, place=1),
@@ -270,8 +269,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         name="Fx",
         unit="N",
-        exact=lambda worn: worn.solved.force[0],
-        fast=lambda patch, wheel: patch.force[0],
+        patch=lambda patch: patch.force[0],
         error=lambda worn: worn.solved.error[0],
         error_column="error_Fx",
         report=InReport(2, "Fx = {} kN", factor=1e-3),
@@ -281,8 +279,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         name="Fs",
         unit="N",
-        exact=lambda worn: worn.solved.force[1],
-        fast=lambda patch, wheel: patch.force[1],
+        patch=lambda patch: patch.force[1],
         error=lambda worn: worn.solved.error[1],
         error_column="error_Fs",
         report=InReport(2, "Fs = {} kN", factor=1e-3),
@@ -292,37 +289,32 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         name="Mz",
         unit="N mm",
-        exact=lambda worn: worn.solved.moment,
-        fast=lambda patch, wheel: patch.moment,
+        patch=lambda patch: patch.moment,
     ),
     Quantity(
         name="track_Fx",
         unit="N",
-        exact=lambda worn: worn.solved.force_on_track[0],
-        fast=lambda patch, wheel: patch.force_on_track[0],
+        patch=lambda patch: patch.force_on_track[0],
         error_column="error_track_Fx",
         panel=Panel("Longitudinal force [kN]", 1e-3, sweep=1),
     ),
     Quantity(
         name="track_Fy",
         unit="N",
-        exact=lambda worn: worn.solved.force_on_track[1],
-        fast=lambda patch, wheel: patch.force_on_track[1],
+        patch=lambda patch: patch.force_on_track[1],
         error_column="error_track_Fy",
         panel=Panel("Lateral force [kN]", 1e-3, sweep=2),
     ),
     Quantity(
         name="track_Fz",
         unit="N",
-        exact=lambda worn: worn.solved.force_on_track[2],
-        fast=lambda patch, wheel: patch.force_on_track[2],
+        patch=lambda patch: patch.force_on_track[2],
         error_column="error_track_Fz",
         panel=Panel("Vertical force [kN]", 1e-3, sweep=3),
     ),
     Quantity(
         name="utilised",
-        exact=_utilised,
-        fast=lambda patch, wheel: math.hypot(patch.force[0], patch.force[1]) / patch.force[2],
+        patch=_utilised,
         report=InReport(2, "tangential force {} of FN", ".3g", place=2),
     ),
     Quantity(
@@ -334,8 +326,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         name="peak_pressure",
         unit="N/mm2",
-        exact=lambda worn: worn.solved.peak_pressure,
-        fast=lambda patch, wheel: patch.ellipse.peak_pressure,
+        patch=lambda patch: patch.peak_pressure,
         error=lambda worn: worn.solved.peak_pressure_error,
         report=InReport(1, "largest pressure {} N/mm^2", ".4g"),
         printed=11,
@@ -344,14 +335,12 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         name="area",
         unit="mm2",
-        exact=lambda worn: worn.area,
-        fast=lambda patch, wheel: math.pi * patch.ellipse.a * patch.ellipse.b,
+        patch=lambda patch: patch.area,
     ),
     Quantity(
         name="T_gamma",
         unit="N",
-        exact=lambda worn: worn.t_gamma,
-        fast=lambda patch, wheel: patch.t_gamma,
+        patch=lambda patch: patch.t_gamma,
         error=lambda worn: worn.t_gamma_error,
         error_column="T_gamma_error",
         panel=Panel("T-gamma [N]", positions=12, sweep=5),
@@ -359,8 +348,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity(
         name="power",
         unit="W",
-        exact=lambda worn: worn.power,
-        fast=lambda patch, wheel: patch.friction_power,
+        patch=lambda patch: patch.friction_power,
     ),
     Quantity(name="wear_depth", unit="mm", exact=_wear_depth),
     Quantity(name="wear_volume", unit="mm3/mm", exact=_wear_volume),
@@ -417,26 +405,26 @@ def panels_of(picture: Picture) -> list[Quantity]:
 
 def axle_values(found: Any, of_sets: bool) -> dict[str, float]:
     """Quantities of the axle of a solution."""
-    return {each.name: float(each.exact(found)) for each in quantities_of("axle", of_sets)}
+    return {each.name: each.of_solution(found) for each in quantities_of("axle", of_sets)}
 
 
 def wheel_values(found: Any, side: str, of_sets: bool) -> dict[str, float]:
     """Quantities of a wheel on a `side` in a solution."""
-    return {each.name: float(each.exact(found, side)) for each in quantities_of("wheel", of_sets)}
+    return {each.name: each.of_solution(found, side) for each in quantities_of("wheel", of_sets)}
 
 
 def exact_values(worn: PatchWear) -> dict[str, float]:
     """Quantities of a patch of an exact solution."""
-    return {each.name: float(each.exact(worn)) for each in quantities_of("patch", of_sets=True)}
+    return {each.name: each.of_patch(worn) for each in quantities_of("patch", of_sets=True)}
 
 
-def fast_values(patch: Any, wheel: Any) -> dict[str, float]:
+def fast_values(patch: Any) -> dict[str, float]:
     """Quantities of a patch of an estimate; NaN those that it has not."""
     found = {}
     for each in quantities_of("patch", of_sets=True):
         found[each.name] = math.nan
-        if each.fast is not None:
-            found[each.name] = float(each.fast(patch, wheel))
+        if each.patch is not None:
+            found[each.name] = float(each.patch(patch))
     return found
 
 

@@ -12,7 +12,8 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import Reported
-from varcontact.kinematics import Frame
+from varcontact.io.labelled import Labelled
+from varcontact.kinematics import Creepages, Frame
 from varcontact.plasticity.limits import Shakedown, shakedown
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.quantities_of_interest import units
@@ -27,6 +28,7 @@ from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_geometry import ContactPatch, WheelGeometry
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 
@@ -61,6 +63,51 @@ class PatchSolution:
     def frame(self) -> Frame:
         """Frame of the patch."""
         return self.patch.frame
+
+    @property
+    def location(self) -> np.ndarray:
+        """Origin of the frame in track coordinates [mm]."""
+        return self.patch.location
+
+    @property
+    def angle(self) -> float:
+        """Contact angle [rad]."""
+        return self.patch.angle
+
+    @property
+    def on_rail(self) -> np.ndarray:
+        """(y, z) of the origin in the coordinates of the rail's profile [mm]."""
+        return self.patch.on_rail
+
+    @property
+    def on_wheel(self) -> np.ndarray:
+        """(y, z) of the origin in the coordinates of the wheel's profile [mm]."""
+        return self.patch.on_wheel
+
+    @property
+    def rolling_radius(self) -> float:
+        """Radius of the wheel at the origin, undeformed [mm]."""
+        return self.patch.rolling_radius
+
+    @property
+    def creepage(self) -> Creepages:
+        """Creepages of the rail over the wheel."""
+        return self.patch.creepage
+
+    @property
+    def approach(self) -> float:
+        """How deep the undeformed wheel is in the rail [mm]."""
+        return self.patch.approach
+
+    @property
+    def area(self) -> float:
+        """Area of the contact [mm^2]."""
+        return float(np.count_nonzero(self.solution.pressure > 0) * self.solution.grid.area)
+
+    @property
+    def t_gamma(self) -> float:
+        """``-(Fx vx + Fs vy + Mz spin)`` [N]."""
+        return self.solution.power
 
     @property
     def normal_force(self) -> float:
@@ -174,7 +221,7 @@ def forces_in_words(names: str, values: np.ndarray, errors: np.ndarray) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class WheelForces:
+class WheelForces(Labelled):
     """Members of solutions and estimates of wheels on rails, and of wheel sets."""
 
     case: Any
@@ -234,6 +281,19 @@ class WheelForces:
         """
         raise NotImplementedError
 
+    def to_xarray(
+        self,
+        archard: Archard | ArchardMap | None = None,
+        yield_in_shear: float | None = None,
+    ) -> xr.Dataset:
+        """Quantities over the patches, those of the axle without dimension, with units: the
+        variables of `quantities`, with `archard` for wear and `yield_in_shear` for the shakedown
+        limit.
+        """
+        from varcontact.wheel_rail.datasets import wheels_dataset
+
+        return wheels_dataset(self, archard, yield_in_shear, of_sets=False)
+
     @property
     def force(self) -> np.ndarray:
         """(Fx, Fy, Fz) on the rails in track coordinates, of all patches [N]."""
@@ -258,7 +318,7 @@ class WheelForces:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WheelRailSolution(WheelForces, Reported):
+class WheelRailSolution(Reported, WheelForces):
     """All patches of a wheel on a rail, solved.
 
     Attributes
@@ -483,7 +543,7 @@ class PatchWear:
 
 
 @dataclass(frozen=True, eq=False)
-class Wear:
+class Wear(Labelled):
     """Indices of wear of all patches of a wheel.
 
     Attributes
@@ -508,6 +568,12 @@ class Wear:
     def volume(self) -> float:
         """Volume of wear of all patches, divided by the distance rolled [mm^3/mm]."""
         return sum(each.volume for each in self.patches)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Indices over the patches, power and depth over their rows of elements, with units."""
+        from varcontact.wheel_rail.datasets import wear_dataset
+
+        return wear_dataset(self)
 
     def plot(self) -> Figure:
         """Friction power by area of each patch, and the depth of wear across it where there is a
@@ -556,9 +622,9 @@ def wear(
     patches = []
     for each in found.patches:
         solution = each.solution
-        rolled = each.patch.creepage
-        area = float(np.count_nonzero(solution.pressure > 0) * solution.grid.area)
-        t_gamma = solution.power
+        rolled = each.creepage
+        area = each.area
+        t_gamma = each.t_gamma
         density = solution.power_density
         friction: Any = solution.friction
         if friction is None:

@@ -30,6 +30,7 @@ theory.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -103,6 +104,10 @@ class FastPatch:
         (Fx, Fs, FN) on the rail in the contact frame [N].
     moment : float
         On the rail about the normal [N mm]; NaN by a theory that has none.
+    on_rail, on_wheel : ndarray, shape (2,)
+        (y, z) of the origin in the coordinates of the profiles [mm].
+    rolling_radius : float
+        Of the wheel at the origin, undeformed [mm].
     """
 
     frame: Frame
@@ -112,8 +117,36 @@ class FastPatch:
     ellipse: Ellipse
     force: np.ndarray
     moment: float
+    on_rail: np.ndarray
+    on_wheel: np.ndarray
+    rolling_radius: float
     tilting: ClassVar[np.ndarray] = np.zeros(3)
     """Moment about x and y of the frame's origin: none, the ellipse is in the middle."""
+
+    @property
+    def location(self) -> np.ndarray:
+        """Origin of the frame in track coordinates [mm]."""
+        return self.frame.origin
+
+    @property
+    def normal_force(self) -> float:
+        """FN [N]."""
+        return float(self.force[2])
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest pressure [N/mm^2]."""
+        return self.ellipse.peak_pressure
+
+    @property
+    def half_width(self) -> float:
+        """Half the width of the ellipse across the rail [mm]."""
+        return self.ellipse.b
+
+    @property
+    def area(self) -> float:
+        """Area of the ellipse [mm^2]."""
+        return math.pi * self.ellipse.a * self.ellipse.b
 
     @property
     def force_on_track(self) -> np.ndarray:
@@ -149,21 +182,13 @@ class FastWheel(WheelForces):
     case: WheelGeometry
     patches: tuple[FastPatch, ...]
 
-    def on_rail(self, patch: FastPatch) -> np.ndarray:
-        """(y, z) of a `patch` in the coordinates of the rail's profile [mm]."""
-        return self.case.track.on_rail(patch.frame.origin[1:], self.case.side)
-
-    def on_wheel(self, patch: FastPatch) -> np.ndarray:
-        """(y, z) of a `patch` in the coordinates of the wheel's profile [mm]."""
-        return self.case.on_wheel(patch.frame.origin, self.case.body(self.z))
-
     @property
     def patch_doubts(self) -> tuple[str, ...]:
         """Plausibility warnings of the patches, each once."""
         texts: list[str] = []
         for each in self.patches:
             y = float(each.frame.origin[1])
-            texts += plausibility.at_tip(y, self.on_wheel(each), self.case.wheelset.profile)
+            texts += plausibility.at_tip(y, each.on_wheel, self.case.wheelset.profile)
         return tuple(dict.fromkeys(texts))
 
     def quantities(
@@ -174,7 +199,7 @@ class FastWheel(WheelForces):
         """See `WheelRailSolution.quantities`; an estimate has no errors, no wear by `archard`, and
         no shakedown limit by `yield_in_shear`: NaN.
         """
-        return [fast_values(each, self) for each in self.patches]
+        return [fast_values(each) for each in self.patches]
 
 
 def estimate_wheel_on_rail(
@@ -223,9 +248,21 @@ def pressed(case: WheelGeometry, z: float, normal: str) -> FastWheel:
         creepage = case.creepage(tangent.frame, approach, z)
         ellipse = fast_ellipse(case, group, z, normal)
         force = np.array([0.0, 0.0, ellipse.normal_force])
-        patches.append(
-            FastPatch(tangent.frame, tangent.angle, creepage, approach, ellipse, force, 0.0)
+        origin = tangent.frame.origin
+        on_wheel = case.on_wheel(origin, case.body(z))
+        patch = FastPatch(
+            frame=tangent.frame,
+            angle=tangent.angle,
+            creepage=creepage,
+            approach=approach,
+            ellipse=ellipse,
+            force=force,
+            moment=0.0,
+            on_rail=case.track.on_rail(origin[1:], case.side),
+            on_wheel=on_wheel,
+            rolling_radius=case.wheelset.radius + float(on_wheel[1]),
         )
+        patches.append(patch)
     return FastWheel(case, z, tuple(patches))
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.html import Reported
 from varcontact.results.error_estimate import with_bar
 from varcontact.wheel_rail.equilibrium_search import (
     FastWay,
@@ -28,6 +29,7 @@ from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_set_loads import LoadedWheelSet
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 BESIDE = 0.05
@@ -39,7 +41,7 @@ FACE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class WheelSetSolution(WheelForces):
+class WheelSetSolution(Reported, WheelForces):
     """Both wheels with all patches, where the loads are balanced.
 
     Attributes
@@ -90,6 +92,18 @@ class WheelSetSolution(WheelForces):
         """
         left = self.left.quantities(archard, yield_in_shear)
         return [*left, *self.right.quantities(archard, yield_in_shear)]
+
+    def to_xarray(
+        self,
+        archard: Archard | ArchardMap | None = None,
+        yield_in_shear: float | None = None,
+    ) -> xr.Dataset:
+        """Quantities over side and patch, those of wheels over side, those of the axle without
+        dimension, with units; `archard` and `yield_in_shear` as of `quantities`.
+        """
+        from varcontact.wheel_rail.datasets import wheels_dataset
+
+        return wheels_dataset(self, archard, yield_in_shear, of_sets=True)
 
     @property
     def warnings(self) -> tuple[str, ...]:
