@@ -36,7 +36,7 @@ from varcontact.scene.units import MM_N
 NO_MOTION, SHIFT, TRANSIENT, STEADY = range(4)
 CONVEX_GS = 2
 """The control digit G of the one solver of CONTACT that takes any DQ in steady rolling."""
-FASTSIM = {2: "fastsim-elliptic", 3: "fastsim"}
+THEORIES = {2: "fastsim-elliptic", 3: "fastsim"}
 """Theories of M = 2 and 3 by the digit B."""
 
 
@@ -64,6 +64,9 @@ class ContactCase:
     force_parts : tuple of float or None
         Fx and Fy as parts of the normal force, where that is not known before
         the pressure is.
+    simplified : dict or None
+        How CONTACT's simplified theory is asked for, see
+        `varcontact.theories.fastsim_contact.SimplifiedTheory`.
     """
 
     number: int
@@ -75,6 +78,7 @@ class ContactCase:
     mirrored: bool = False
     before: ContactCase | None = None
     force_parts: tuple[float | None, float | None] | None = None
+    simplified: dict[str, Any] | None = None
 
 
 class ContactInput(Sequence[Scene]):
@@ -233,6 +237,7 @@ class _Case:
         self.mirrored = False
         self.continues: ContactCase | None = None
         self.force_parts: tuple[float | None, float | None] | None = None
+        self.simplified: dict[str, Any] | None = None
         # direction, step and velocity; a shift lasts a second
         self.rolling = (1, 0.0, 1.0)
         self.spin_offset: float | None = None
@@ -252,6 +257,7 @@ class _Case:
             mirrored=self.mirrored,
             before=self.continues,
             force_parts=self.force_parts,
+            simplified=self.simplified,
         )
 
     def make(self) -> None:
@@ -402,17 +408,27 @@ class _Case:
 
     def _choose_theory(self, bound: int, material: int) -> None:
         """FASTSIM or FaStrip, for which bodies are half-spaces here."""
-        if bound not in FASTSIM:
-            why = "is not supported: simplified theory here has Hertz's contact, B = 2 or 3"
-            self.controls.complain("MATER", why)
-        if material == 2:
-            self.controls.complain(
-                "MATER", "is not supported: FASTSIM here has three flexibilities"
+        if bound not in (2, 3) or self.controls["TANG"] != STEADY or self.controls["FORCE"] != 0:
+            why = (
+                "is not supported: simplified theory here has Hertz's contact (B = 2 or 3) "
+                "in steady rolling (T = 3) by creepages (F = 0)"
             )
-        slope = self.given.needs("slope", "MATER", "slopes", "C = 2")
-        if slope.numbers()[:2] != [1.0, 1.0]:
-            slope.refuse("K0_MF, ALFAMF", slope.numbers()[:2], "is not supported; supported: 1, 1")
-        self.methods["tangential"] = "fastrip" if material == 5 else FASTSIM[bound]
+            self.controls.complain("MATER", why)
+        flexibility = None
+        if material == 2:
+            group = self.given.needs("flexibility", "MATER", "a flexibility", "C = 2")
+            flexibility, *slope = group.numbers()
+        else:
+            slope = self.given.needs("slope", "MATER", "slopes", "C = 2").numbers()
+        if material == 5:
+            self.methods["tangential"] = "fastrip"
+            return
+        self.methods["tangential"] = THEORIES[bound]
+        self.simplified = {
+            "elliptic": bound == 2,
+            "flexibility": flexibility,
+            "slope": tuple(slope),
+        }
 
     def _scene(self) -> Scene:
         """The case alone; one that goes on from another begins without tractions."""

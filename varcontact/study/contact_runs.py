@@ -17,6 +17,7 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
+from varcontact.theories.fastsim_contact import SimplifiedTheory, contact_fastsim
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +55,8 @@ def _run(case: ContactCase, solved: dict[int, CaseRun]) -> CaseRun:
             if start is None:
                 return CaseRun(case, reason=f"goes on from case {case.before.number}, not solved")
             scene = _continued(scene, start)
+        if case.simplified is not None:
+            return _simplified(case, scene)
         scene = _with_forces(case, scene)
         try:
             solution = _solved(scene, case.methods)
@@ -65,6 +68,23 @@ def _run(case: ContactCase, solved: dict[int, CaseRun]) -> CaseRun:
     except VarcontactError as error:
         return CaseRun(case, reason=str(error))
     return CaseRun(case, solution, "", values_of(case, solution), note)
+
+
+def _simplified(case: ContactCase, scene: Scene) -> CaseRun:
+    """Forces of CONTACT's simplified theory, as it marches over the elements."""
+    assert case.simplified is not None
+    tractions = contact_fastsim(scene, SimplifiedTheory(**case.simplified))
+    assert scene.hertz is not None
+    sign = _sign(case)
+    Fx, Fy = tractions.force
+    values = {
+        "FN": scene.hertz.force,
+        "FX": sign * float(Fx),
+        "FY": float(Fy),
+        "MZ": sign * tractions.moment,
+        "PMAX": float(tractions.pressure.max()),
+    }
+    return CaseRun(case, None, "", values, "simplified theory as CONTACT marches it")
 
 
 def _solved(scene: Scene, methods: dict[str, Any]) -> Solution:
