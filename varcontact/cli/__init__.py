@@ -13,6 +13,7 @@ from typer.core import TyperGroup
 from varcontact import __version__
 from varcontact.cli.benchmark import benchmark, problems
 from varcontact.cli.compare import compare, converge, tradeoff
+from varcontact.cli.contact_files import suite
 from varcontact.cli.options import METHODS
 from varcontact.cli.profiles import profiles
 from varcontact.cli.scan import curve, scan
@@ -62,6 +63,10 @@ COMMANDS: dict[Any, tuple[str, str]] = {
         "Solve wheels on rails, from profiles.",
         "wheelrail case.toml --out table.csv --plot wheel.png",
     ),
+    suite: (
+        "Compare all input files of CONTACT in a folder with their published results.",
+        "suite contact/examples",
+    ),
     profiles: (
         "Read the profiles of a folder, and say what is doubtful.",
         "profiles measured --kind rail",
@@ -104,7 +109,7 @@ app = typer.Typer(
     "(the best iterate is reported), 130 interrupted (standard error says what is kept).",
 )
 for command, (summary, example) in COMMANDS.items():
-    methods = "" if command in (tradeoff, wheelrail, profiles, serve) else f"{METHODS}\n\n"
+    methods = "" if command in (tradeoff, wheelrail, suite, profiles, serve) else f"{METHODS}\n\n"
     app.command(short_help=summary, epilog=f"{methods}Example: varcontact {example}")(command)
 tables = typer.Typer(
     no_args_is_help=True,

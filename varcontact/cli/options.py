@@ -77,12 +77,24 @@ SHARED: dict[str, Any] = {
     "accuracy": Annotated[
         float | None, option("Largest error by the friction limit; sets the grid.")
     ],
+    "compare": Annotated[
+        Path | None,
+        option("Output of CONTACT (.out, .ref_out): compare all cases of its .inp with it."),
+    ],
+    "table": Annotated[
+        bool | None,
+        typer.Option("--table", help="Print forces of all cases of an .inp as CONTACT does."),
+    ],
+    "save": Annotated[
+        Path | None, option("Folder for the solutions of all cases of an .inp (netCDF).")
+    ],
     "time_budget": Annotated[
         float | None, option("Instead of --accuracy: a time limit in seconds.")
     ],
 }
 """Options that several commands take, by name."""
 CREEPAGES = ("vx", "vy", "spin")
+CONTACT = ("compare", "table", "save")
 METHOD = ("method", "normal", "tangential", "coupling", "formulation")
 TARGET = ("accuracy", "time_budget")
 SETTINGS = (*METHOD, "tol", "certify", *TARGET)

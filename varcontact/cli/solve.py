@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import varcontact as vc
 from varcontact.cli import options as opt
+from varcontact.cli.contact_files import compared
 from varcontact.cli.options import given
 from varcontact.cli.terminal import check_outputs, draw, progress_line, show, stop
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
@@ -20,7 +21,7 @@ MOVING = (".gif", ".mp4")
 """Endings of the moving pictures of histories."""
 
 
-@opt.takes(*opt.METHOD, "polish", "tol", "start", "certify", "refine", *opt.TARGET)
+@opt.takes(*opt.METHOD, "polish", "tol", "start", "certify", "refine", *opt.TARGET, *opt.CONTACT)
 def solve(
     scene: Annotated[
         Path, opt.argument("Scene (TOML, docs/scenes.md) or CONTACT's input file (.inp).")
@@ -36,7 +37,11 @@ def solve(
     as_json: opt.AsJson = False,
     **options: Any,
 ) -> None:
-    """Solve one scene and report forces, areas and the certificate."""
+    """Solve one scene and report forces, areas and the certificate; or all cases of CONTACT's
+    input file, compared with its output.
+    """
+    if compared(scene, options, as_json):
+        return
     from varcontact.io.history import check_history_file
     from varcontact.io.solution import FORMATS, check_solution_file
     from varcontact.solving.options import SolveOptions

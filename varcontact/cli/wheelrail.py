@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import varcontact as vc
 from varcontact.cli import options as opt
+from varcontact.cli.contact_files import compared
 from varcontact.cli.options import given
 from varcontact.cli.terminal import NOT_SOLVED, check_outputs, draw, fail, study
 from varcontact.errors import SceneError
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@opt.takes("tangential", *opt.TARGET)
+@opt.takes("tangential", *opt.TARGET, *opt.CONTACT)
 def wheelrail(
     case: Annotated[
         Path, opt.argument("Case (TOML, docs/wheel_rail.md) or CONTACT's input file (.inp).")
@@ -37,6 +38,8 @@ def wheelrail(
     """Find contact patches, creepages and forces of a wheel on a rail, or of a wheel set, in mm, N
     and rad.
     """
+    if compared(case, options, as_json):
+        return
     from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
     from varcontact.wheel_rail.plots import plot_positions
@@ -55,9 +58,11 @@ def wheelrail(
         )
     found: deque[vc.wheel_rail.WheelRailSolution | vc.wheel_rail.WheelSetSolution] = deque(maxlen=1)
     work = partial(solve_cases, read, out, solved=found.append, workers=workers)
-    table = study(work, table_as_json if as_json else _report, out, "--out FILE.csv", "wheels")
+    found_table = study(
+        work, table_as_json if as_json else _report, out, "--out FILE.csv", "wheels"
+    )
     if len(read.cases) > 1:
-        draw(plot, plot_positions, table)
+        draw(plot, plot_positions, found_table)
     elif plot is not None or plot_wear is not None:
         # unless the table had it from last time
         solution = found[0] if found else read.cases[0].solve(**read.options)
@@ -70,7 +75,7 @@ def wheelrail(
                     "left out: it is for one wheel, not for a wheel set",
                 )
             draw(plot_wear, vc.wheel_rail.wear(solution, read.archard).plot)
-    failed = int((table["outcome"] != "solved").sum())
+    failed = int((found_table["outcome"] != "solved").sum())
     if failed:
         fail(f"{failed} of {len(read.cases)} wheels are not solved, see the table", NOT_SOLVED)
 

@@ -25,7 +25,13 @@ from varcontact.io.contact_elements import (
     ringed,
     sampled,
 )
-from varcontact.io.contact_material import bodies_of, friction_of, layer_of, thermal_of
+from varcontact.io.contact_material import (
+    bodies_of,
+    friction_of,
+    kept_law,
+    layer_of,
+    thermal_of,
+)
 from varcontact.io.contact_words import Group, located
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
@@ -36,6 +42,10 @@ from varcontact.scene.units import MM_N
 NO_MOTION, SHIFT, TRANSIENT, STEADY = range(4)
 CONVEX_GS = 2
 """The control digit G of the one solver of CONTACT that takes any DQ in steady rolling."""
+INITIAL_SLIP = {2: ("relaxation", 2), 3: ("relaxation", 2), 4: ("initial slip", 0)}
+"""Where INISLP is, by the digit G."""
+SLIP_LAWS = (2, 3, 4)
+"""Laws by slip velocity, values of the digit L."""
 THEORIES = {2: "fastsim-elliptic", 3: "fastsim"}
 """Theories of M = 2 and 3 by the digit B."""
 
@@ -292,9 +302,7 @@ class _Case:
         """True where CONTACT steps by DX, whatever DQ says: in steady rolling, but for one
         solver.
         """
-        solver: _Case | None = self
-        while solver is not None and solver.controls["GAUSEI"] == 1:
-            solver = solver.before
+        solver = self._solver()
         steady = self.controls["TANG"] == STEADY and self.given.calculated
         return steady and (solver is None or solver.controls["GAUSEI"] != CONVEX_GS)
 
@@ -395,6 +403,8 @@ class _Case:
         material = self.controls["MATER"]
         if isinstance(self.surface, Ellipse | Paraboloids) and bound == 0:
             self.methods["normal"] = "newton"
+        if kept_law(self.given) in SLIP_LAWS and self._slips_at_first():
+            self.methods["start"] = "slip"
         if bound == 2 and self.bodies.coupled:
             why = "with unlike bodies is not supported: here their tractions change the pressure"
             self.controls.complain("BOUND", why)
@@ -405,6 +415,21 @@ class _Case:
         elif bound == 3:
             why = "is for the simplified theory, M = 2 or 3, and M is another"
             self.controls.complain("BOUND", why)
+
+    def _slips_at_first(self) -> bool:
+        """True where solvers begin with slip all over: INISLP < 0 of G = 2, 3 or 4."""
+        solver = self._solver()
+        if solver is None or self.controls["TANG"] == NO_MOTION:
+            return False
+        key, place = INITIAL_SLIP.get(solver.controls["GAUSEI"], ("", 0))
+        return key != "" and solver.entries[key].number(place) < 0
+
+    def _solver(self) -> _Case | None:
+        """The case whose solver is kept, or this one."""
+        case: _Case | None = self
+        while case is not None and case.controls["GAUSEI"] == 1:
+            case = case.before
+        return case
 
     def _choose_theory(self, bound: int, material: int) -> None:
         """FASTSIM or FaStrip, for which bodies are half-spaces here."""

@@ -201,11 +201,11 @@ def _check_start(scene: Scene, plan: Plan, start: Any) -> None:
     if not scene.under_law:
         allowed = "left out: it chooses between the solutions under a law of friction"
         raise SceneError("start", start, allowed)
-    if isinstance(scene.motion, Transient):
-        allowed = "left out: in a history each particle goes on as it did in the step before"
-        raise SceneError("start", start, allowed)
     if isinstance(start, str) and start in ("stick", "slip"):
         return
+    if isinstance(scene.motion, Transient):
+        allowed = '"stick", "slip" or left out: then each particle goes on as it did before'
+        raise SceneError("start", start, allowed)
     if plan.theory is not None:
         raise SceneError("start", start, '"stick" or "slip"')
     if not isinstance(start, Solution):

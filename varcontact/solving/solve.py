@@ -145,7 +145,7 @@ def solve(
         coefficients found there. With an accuracy or a `time_budget`, "slip"
         if nothing is given: under a static and a kinetic coefficient both tend
         to the same continuum, but from "slip" faster. In a history each
-        particle goes on as it did in the step before.
+        particle goes on as it did in the step before if nothing is given.
     certify : {"auto", "full", "gap", "none"} or None
         How much of the certificate is computed: "full", with guaranteed bounds
         on the forces; "gap", without them; "none", or None, the residuals

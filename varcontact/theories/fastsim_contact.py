@@ -88,7 +88,9 @@ def printed_coefficients(ratio: float, nu: float) -> np.ndarray:
     g = min(ratio, 1 / ratio)
     if g < SLENDER:
         return np.array(_asymptotes(g, nu, ratio < 1))
-    table = np.array(WIDE if ratio <= 1 else LONG)
+    table = np.array(WIDE)
+    if ratio > 1:
+        table = np.array(LONG)
     k = int(10 * g - 0.005)
     part = 10 * g - k
     at_nu = part * table[k] + (1 - part) * table[k - 1]
@@ -151,10 +153,13 @@ class _March:
             self.pressure = 1.5 * mean * np.sqrt(height)
         # friction and slope by one number for all
         law = scene.friction
-        self.static = law.static if isinstance(law, Law) else float(law)  # type: ignore[arg-type]
-        self.friction = self.static
         if isinstance(law, Law):
+            self.static = law.static
             self.friction = float(law(math.hypot(motion.vx, motion.vy)))
+        else:
+            assert isinstance(law, float)
+            self.static = law
+            self.friction = law
         self.flexibilities = self._flexibilities(theory)
         self.slope = self._slope(*theory.slope)
 

@@ -292,8 +292,10 @@ def _friction(case: CaseInput, speed: float, s: float) -> Any:
         case.controls.complain("FRCLAW", "of friction that varies is not supported; supported: 0")
     coefficients = [friction_law(law, group, groups, speed) for group in groups]
     if varies == 1:
+        # to the track side angles are negative there, positive here
+        angles = [-group.angle(0) for group in groups]
         with located(groups[0]):
-            return FrictionByAngle([group.angle(0) for group in groups], coefficients)
+            return FrictionByAngle(angles[::-1], coefficients[::-1])
     places = [group.number(0) for group in groups]
     if np.any(np.diff(places) <= 0):
         groups[0].refuse("SVF", places, "does not ascend")

@@ -335,7 +335,7 @@ def test_what_histories_refuse(ball):
     with pytest.raises(vc.SceneError, match="step 1 does not roll"):
         ball(law, motion=vc.Transient(steps=2, dq=[0.1, 0.0]))
     with pytest.raises(vc.SceneError, match="goes on as it did"):
-        vc.solve(ball(law, motion=vc.Transient(steps=2)), start="slip")
+        vc.solve(ball(law, motion=vc.Transient(steps=2)), start="history")
 
 
 def test_laws_that_change_in_time(tmp_path, line, holds):
