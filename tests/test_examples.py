@@ -641,3 +641,33 @@ def test_asperity_field(ran, pictures):
     np.testing.assert_allclose(history.force[:, 0], example.CARTER.force, rtol=1e-6)
     later = history.creepage[steps // 2 :, 0] / example.CARTER.creepage
     assert 0.8 < later.mean() < 1.2
+
+
+def test_ball_bearing(ran):
+    """Slip is that of bearing kinematics, and friction Heathcote's where nearly all slips."""
+    example = script("ball_bearing")
+    sols = ran("ball_bearing", "friction torque under thrust")
+    y = np.linspace(-1.5, 1.5, 7)
+    for name, sign in (("inner", 1), ("outer", -1)):
+        race = example.Race(name, 0.0)
+        depth = (1 - np.cos(y * race.curvature)) / race.curvature
+        slip = race.slip(np.array([-0.1, 0.0, 0.1]), y)
+        expected = depth * (1 / example.BALL + sign / race.radius)
+        np.testing.assert_allclose(slip[0], np.repeat(expected[:, None], 3, 1), atol=1e-15)
+        np.testing.assert_allclose(slip[1], -slip[1, :, ::-1], atol=1e-15)  # closing, inclined
+        assert race.motion.vx == pytest.approx(0.0, abs=1e-15)
+    # the outer race controls the ball
+    angle, pitch = example.CONTACT_ANGLE, example.PITCH
+    spin = 2 * pitch * np.sin(angle) / (pitch**2 - (example.BALL * np.cos(angle)) ** 2)
+    assert example.Race("inner", angle).motion.spin == pytest.approx(spin, rel=1e-12)
+    assert example.Race("outer", angle).motion.spin == pytest.approx(0.0, abs=1e-15)
+    # a free ball, half of whose contact drives the other
+    race, sol = example.Race("inner", 0.0), sols["radial, inner"]
+    assert abs(sol.Fx) < 1e-8 * sol.normal_force
+    line, resistance = example.heathcote(race, sol)
+    assert sol.friction_work == pytest.approx(resistance, rel=0.05)
+    along = sol.traction[0].sum(axis=1)
+    rolls = sol.grid.y[np.flatnonzero(np.diff(np.sign(along[np.abs(along) > 0])))]
+    half = np.count_nonzero(sol.pressure.any(axis=1)) * sol.grid.dy / 2
+    assert np.ptp(rolls) / 2 == pytest.approx(line * half, abs=1.5 * sol.grid.dy)
+    assert sols["thrust, inner"].friction_work > 3 * sols["thrust, outer"].friction_work

@@ -238,3 +238,23 @@ ORIGIN = np.zeros(3)
 )
 def test_bad_input_is_refused(make, field, said):
     refused(make, field, match=said)
+
+
+def test_twin_discs():
+    """Slip and speed of discs by their surface speeds; a skew axis drags across."""
+    motion = kin.twin_discs(0.0235, 0.0240, 41.9, 40.0)
+    speeds = 41.9 * 0.0235, 40.0 * 0.0240
+    assert motion.speed == pytest.approx(np.mean(speeds), rel=1e-14)
+    assert motion.vx == pytest.approx((speeds[1] - speeds[0]) / np.mean(speeds), rel=1e-12)
+    assert (motion.vy, motion.spin) == (0.0, 0.0)
+    skew = kin.twin_discs(0.0235, 0.0235, 40.0, 40.0, skew=1e-3)
+    assert skew.vy == pytest.approx(-1e-3, rel=1e-6)
+    assert abs(skew.vx) < 1e-6
+    for field, entries in (
+        ("R1", (0.0, 1.0, 1.0, 1.0)),
+        ("omega2", (1.0, 1.0, 1.0, np.nan)),
+        ("frame", (1.0, 1.0, 1.0, -1.0)),
+    ):
+        with pytest.raises(vc.SceneError) as error:
+            kin.twin_discs(*entries)
+        assert error.value.field == field

@@ -5,6 +5,7 @@ Positions and velocities are arrays of three components in one global frame, in
 any consistent units.
 """
 
+from varcontact.kinematics.discs import twin_discs
 from varcontact.kinematics.rigid import (
     Creepages,
     Frame,
@@ -19,5 +20,5 @@ from varcontact.kinematics.wheel_set import WheelSetMotion, ball_between_planes,
 
 __all__ = [
     "Creepages", "Frame", "RigidBody", "WheelSetMotion", "ball_between_planes", "creepages",
-    "distance", "klingel_wavelength", "rigid_slip", "rotation", "spin_pole"
+    "distance", "klingel_wavelength", "rigid_slip", "rotation", "spin_pole", "twin_discs"
 ]  # fmt: skip
