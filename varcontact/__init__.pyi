@@ -8,6 +8,7 @@ from .benchmark.problem_set import BenchmarkProblem, benchmark_problems
 from .data.benchmark_scenes import standard_bank, unlike_bank
 from .discrete.certificate import Certificate
 from .elasticity.graded import Graded
+from .elasticity.own import Elasticity
 from .errors import (
     Interrupted,
     NoContact,
@@ -91,6 +92,7 @@ __all__ = [
     "CreepForces",
     "CreepageCoefficients",
     "Cylinders",
+    "Elasticity",
     "Ellipse",
     "ErrorEstimate",
     "ExponentialFalling",

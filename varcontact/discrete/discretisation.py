@@ -425,7 +425,7 @@ class Discretisation:
             area=self.lattice.area,
             force=force,
             approach=approach,
-            symmetric=self.operators.medium.even,
+            symmetric=self.operators.medium.reciprocal,
         )
 
     def tangential_problem(

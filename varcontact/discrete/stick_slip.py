@@ -207,7 +207,7 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     if disc.K != 0:
         fields = np.concatenate([traction, state.pressure[None]])
     elastic_end = _elastic_shift(disc, fields)
-    if disc.transport.repeats or not disc.operators.medium.even:
+    if disc.transport.repeats or not disc.operators.medium.reciprocal:
         traction_start = traction
     else:
         traction_start = np.zeros_like(traction)
@@ -245,14 +245,17 @@ def _elastic_shift_at_start(disc: Discretisation, fields: np.ndarray, rolled: fl
     """Shift in a step, by the tractions at its end, of the particles that are there at its start;
     in a history without the past tractions.
     """
-    if not disc.mirrors:
+    repeats = disc.transport.repeats
+    if not disc.mirrors and (repeats or not disc.operators.medium.reciprocal):
         backwards = mirrored(disc.transport.stencil)
         shift = -disc.operators.tangential(backwards).apply(fields[:2])
         if len(fields) > 2:
             shift = shift - disc.operators.pressure_to_shift(backwards).apply(fields[2:])
         return shift
-    if disc.transport.repeats:
+    if repeats:
         return -_mirrored(_elastic_shift(disc, _mirrored(fields)))
+    if not disc.mirrors:
+        return disc.operators.carrying(-rolled).apply(fields)
     return _mirrored(disc.operators.carrying(rolled).apply(_mirrored(fields)))
 
 

@@ -27,6 +27,10 @@ class Bedding:
         return True
 
     @property
+    def reciprocal(self) -> bool:
+        return True
+
+    @property
     def at_once(self) -> Bedding:
         return self
 

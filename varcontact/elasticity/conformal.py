@@ -87,6 +87,10 @@ class Conformal:
         return self.flat.even
 
     @property
+    def reciprocal(self) -> bool:
+        return self.flat.reciprocal
+
+    @property
     def at_once(self) -> Conformal:
         return replace(self, flat=self.flat.at_once)
 

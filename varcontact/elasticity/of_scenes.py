@@ -26,6 +26,7 @@ from varcontact.scene.bodies import (
     Winkler,
     materials,
 )
+from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
@@ -84,21 +85,30 @@ def _inclination(
 
 
 def medium_of(
-    bodies: Bodies | BodyPair, length: float, depth: float | None, speed: float | None = None
+    bodies: Bodies | BodyPair | GivenBodies,
+    length: float,
+    depth: float | None,
+    speed: float | None = None,
 ) -> Medium:
     """The medium of a scene's bodies, at a speed, in units of a length.
 
     `depth` is in units of that length already; without it, it is as deep as makes all influence
     numbers positive.
     """
-    if isinstance(bodies, Bodies):
-        if depth is None:
-            depth = FREE_DEPTH
-        return HalfSpaces(bodies.combined_nu, bodies.K, depth)
-    if bodies.bedded:
-        return _bedding(bodies, length)
     if depth is None:
         depth = FREE_DEPTH * max(1.0, (speed or 0.0) * bodies.longest_relaxation / length)
+    if isinstance(bodies, Bodies):
+        return HalfSpaces(bodies.combined_nu, bodies.K, depth)
+    if isinstance(bodies, GivenBodies):
+        given: Medium = bodies.medium(length, depth)
+        return given
+    return _of_pair(bodies, length, depth, speed)
+
+
+def _of_pair(bodies: BodyPair, length: float, depth: float, speed: float | None) -> Medium:
+    """The medium of two bodies, one of which at least is no homogeneous half-space."""
+    if bodies.bedded:
+        return _bedding(bodies, length)
     if not any(isinstance(body, Layered | Stratified) for body in (bodies.upper, bodies.lower)):
         assert speed is not None
         return _viscoelastic(bodies, length, depth, speed)

@@ -31,6 +31,9 @@ KEPT_NUMBERS = 20_000
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
 
+SAME_NUMBERS = 1e-13
+"""Influence numbers that differ by this part of the largest one are the same."""
+
 COMPLIANCE_FACTOR = 1.6
 """Fitted to the forces on twenty ellipses, with 12 to 32 cells: with 1.3 or 2 they are nearly as
 good.
@@ -236,7 +239,24 @@ class GridOperator:
         """True where numbers of some `rows` of elements are even or odd about the line in their
         middle.
         """
-        return True
+        return self._even_in_y
+
+    @lazy_property
+    def _even_in_y(self) -> bool:
+        """True of numbers between tangential directions that are even in y, xy and yx odd."""
+        signs = np.ones(self.table.shape[:2])
+        if len(signs) > 1:
+            signs[0, 1] = signs[1, 0] = -1.0
+        image = self.table[:, :, ::-1] * signs[..., None, None]
+        return bool(np.abs(image - self.table).max() <= SAME_NUMBERS * np.abs(self.table).max())
+
+    @lazy_property
+    def symmetric_in_blocks(self) -> bool:
+        """True where the number ij of each offset is ji, too."""
+        image = self.table.swapaxes(0, 1)
+        if image.shape != self.table.shape:
+            return False
+        return bool(np.abs(image - self.table).max() <= SAME_NUMBERS * np.abs(self.table).max())
 
     @classmethod
     def in_blocks(cls, blocks: list[list[GridOperator]]) -> GridOperator:
@@ -395,7 +415,11 @@ class Medium(Protocol):
 
     @property
     def even(self) -> bool:
-        """True where influence numbers are even or odd in x: then the bodies are elastic."""
+        """True where influence numbers are even or odd in x."""
+
+    @property
+    def reciprocal(self) -> bool:
+        """True of elastic bodies: the matrix of all displacements by all tractions is symmetric."""
 
     def operator(
         self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
@@ -422,8 +446,18 @@ class Homogeneous(ABC):
 
     @property
     def even(self) -> bool:
-        """True where influence numbers are even or odd in x, as of elastic bodies."""
+        """True where influence numbers are even or odd in x."""
         return True
+
+    @property
+    def even_y(self) -> bool:
+        """True where they are in y."""
+        return True
+
+    @property
+    def reciprocal(self) -> bool:
+        """True of elastic bodies; where isotropic ones are not even in x, they relax."""
+        return self.even
 
     @abstractmethod
     def influence(
@@ -432,7 +466,7 @@ class Homogeneous(ABC):
         """Influence numbers of an element of a grid at points from its centre, which broadcast
         together.
 
-        In line contact elements are strips, and y does not matter. All are even or odd in y.
+        In line contact elements are strips, and y does not matter.
         """
 
     def operator(
@@ -520,9 +554,8 @@ def _tables_at(
     """Influence numbers (offsets, components, 2 ny - 1, 2 nx - 1) by offset of elements, at points
     further along x.
 
-    Numbers are even or odd in y, of elastic bodies in x too. Where all points lie on the lattice of
-    the elements, as with steps of whole elements, tables share nearly all of theirs: those of one
-    place are made once.
+    Where all points lie on the lattice of the elements, as with steps of whole elements, tables
+    share nearly all of theirs: those of one place are made once.
     """
     dx, dy = grid.sides
     steps = np.arange(-(grid.nx - 1), grid.nx)
@@ -531,14 +564,16 @@ def _tables_at(
     whole = np.abs(ahead - np.round(ahead)) <= rounding
     x = np.where(whole, (steps + np.round(ahead)) * dx, steps * dx + np.array(offsets)[:, None])
     places, index = np.unique(np.abs(x) if medium.even else x, return_inverse=True)
-    y = np.arange(grid.rows)[:, None] * dy
-    # numbers of rows above, mirrored to those below
-    half = medium.influence(grid, places, y, names)
+    rows = np.arange(1 - grid.rows, grid.rows)
+    if medium.even_y:
+        rows = rows[grid.rows - 1 :]
+    half = medium.influence(grid, places, rows[:, None] * dy, names)
     tables = np.empty((len(offsets), len(names), 2 * grid.rows - 1, x.shape[1]))
     for i, name in enumerate(names):
-        above = half[name].reshape(grid.rows, -1)
-        below = above[:0:-1]
-        full = np.concatenate([-below if name.count("y") == 1 else below, above])
+        full = half[name].reshape(rows.size, -1)
+        if medium.even_y:  # numbers of rows above, mirrored to those below
+            below = full[:0:-1]
+            full = np.concatenate([-below if name.count("y") == 1 else below, full])
         tables[:, i] = full[:, index.reshape(x.shape)].swapaxes(0, 1)
         if medium.even and name.count("x") == 1:
             tables[:, i] *= np.where(x < 0, -1.0, 1.0)[:, None]

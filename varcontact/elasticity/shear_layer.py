@@ -29,6 +29,10 @@ class ShearLayer:
         return self.bodies.even
 
     @property
+    def reciprocal(self) -> bool:
+        return self.bodies.reciprocal
+
+    @property
     def at_once(self) -> ShearLayer:
         return replace(self, bodies=self.bodies.at_once)
 

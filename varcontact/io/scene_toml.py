@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.elasticity.fourier_symbol import FourierSymbol
 from varcontact.elasticity.graded import Graded
+from varcontact.elasticity.own import Elasticity
 from varcontact.errors import SceneError
 from varcontact.interfaces.carried_friction import CarriedFriction
 from varcontact.interfaces.shear_strength import ShearStrength
@@ -28,6 +30,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic, Winkler
 from varcontact.scene.carried import Carried
 from varcontact.scene.friction_laws import LAWS
+from varcontact.scene.given_bodies import Numbers
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
@@ -51,6 +54,7 @@ BODIES: dict[str, type[Any]] = {
     "viscoelastic": Viscoelastic,
     "graded": Graded,
     "winkler": Winkler,
+    "elasticity": Elasticity,
 }
 MOTIONS = {
     "steady": Steady,
@@ -75,6 +79,7 @@ PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
     "factors": LAWS,
     "bodies": BODIES,
     "layers": Layer,
+    "symbol": FourierSymbol,
     "carried": Carried,
     "grid": Grid,
     "loads": SurfaceLoad,
@@ -83,6 +88,8 @@ PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
     "units": Units,
 }
 """Class of the tables of an entry, or classes by their kinds."""
+NUMBERS = {"file", "sha256"}
+"""Keys of tables that are numbers: of another file, or with their checksum."""
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = (
@@ -226,8 +233,8 @@ def _made_of_table(
     name: str, key: str, value: Mapping[str, Any], folder: Path | None, dims: Mapping[str, int]
 ) -> Any:
     """Value of a table, see `_made`."""
-    if "file" in value:
-        return _from_file(name, value, folder, dims.get(key, 1))
+    if not NUMBERS.isdisjoint(value):
+        return _numbers(name, value, folder, dims.get(key, 1))
     if key in ("bodies", "thermal") and ("upper" in value or "lower" in value):
         check_keys(name, value, ("upper", "lower"))
         sides = {f"{name}.{side}": needed(name, value, side) for side in ("upper", "lower")}
@@ -242,6 +249,13 @@ def _made_of_table(
     if key == "bodies" and "kind" not in entries:
         return _half_spaces(name, entries)
     return _object(name, key, entries)
+
+
+def _numbers(name: str, value: Mapping[str, Any], folder: Path | None, ndmin: int) -> Any:
+    """The numbers of a file, or those in the table itself with their checksum."""
+    if "file" in value:
+        return _from_file(name, value, folder, ndmin)
+    return Numbers.of_table(name, value)
 
 
 def _object(name: str, key: str, entries: dict[str, Any]) -> Any:
@@ -308,6 +322,8 @@ def _plain(value: Any) -> Any:
         return [_plain(each) for each in value]
     if isinstance(value, dict):
         return {name: _plain(each) for name, each in value.items()}
+    if isinstance(value, Numbers):
+        return value.to_table()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return _table_of_object(value)
     if callable(value):

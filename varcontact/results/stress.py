@@ -23,6 +23,7 @@ from varcontact.io.labelled import Labelled
 from varcontact.io.stress import VTK_FORMATS, stress_dataset
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, Layered
+from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.units import IN_WORDS, Units
 from varcontact.system.process import SMALLER, need
@@ -324,6 +325,8 @@ class BodyField:
         if isinstance(bodies, Bodies):
             body = bodies
             surfaces = bodies
+        elif isinstance(bodies, GivenBodies):
+            body = None
         else:
             body = bodies.upper if side == 1 else bodies.lower
             surfaces = bodies.surfaces

@@ -18,6 +18,7 @@ from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.carried import Carried
 from varcontact.scene.friction import FrictionBound, Law, StaticKinetic, coefficient
 from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
+from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
@@ -50,7 +51,7 @@ def check_classes(scene: Scene) -> None:
     """Each entry is of a class that it may have."""
     optional = (type(None),)
     for name, classes, more in (
-        ("bodies", (Bodies, BodyPair), " or a pair of bodies"),
+        ("bodies", (Bodies, BodyPair, GivenBodies), " or a pair of bodies"),
         ("surface", (Paraboloids, Ellipse, Cylinders, PinInHole, SampledDistance), ""),
         ("motion", (Steady, Shift, TimeStep, Transient, Harmonic, *optional), ""),
         ("third_body", (ThirdBody, *optional), ""),
@@ -73,6 +74,7 @@ def check(scene: Scene) -> None:
     """Entries go together."""
     problems = list(_problems(scene))
     _check_load(scene, problems)
+    _check_given_bodies(scene)
     _check_harmonic(scene)
     _check_speed(scene)
     _check_surfaces(scene)
@@ -118,7 +120,7 @@ def _check_load(scene: Scene, problems: list[_Problem]) -> None:
         checks.exactly_one(
             **{f"motion.normal_force[{k}]": force, f"motion.approach[{k}]": approach}
         )
-    if isinstance(scene.surface, Ellipse) and isinstance(scene.bodies, BodyPair):
+    if isinstance(scene.surface, Ellipse) and not isinstance(scene.bodies, Bodies):
         raise SceneError(
             "surface", scene.surface, "Paraboloids: an Ellipse is Hertz's contact of half-spaces"
         )
@@ -129,6 +131,12 @@ def _check_load(scene: Scene, problems: list[_Problem]) -> None:
     # in a history a step may be without contact
     if scene.approach is not None and not isinstance(scene.motion, TimeStep | Transient):
         _check_approach(scene, scene.approach)
+
+
+def _check_given_bodies(scene: Scene) -> None:
+    """Bodies by numbers of their own have them on the grid."""
+    if isinstance(scene.bodies, GivenBodies):
+        scene.bodies.check_grid(scene.grid, scene.line)
 
 
 def _check_approach(scene: Scene, approach: float) -> None:

@@ -31,6 +31,7 @@ from varcontact.scene import consistency, plausibility
 from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
 from varcontact.scene.friction import FrictionBound, Law, coefficient
 from varcontact.scene.friction_laws import kind_of
+from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Edge, Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
@@ -65,7 +66,7 @@ _NO_MOTION: Any = None  # of every type of motion, for type checkers
 class _Entries(TypedDict, total=False):
     """Entries of a scene beside its motion, for type checkers."""
 
-    bodies: Required[BodyPair | Body | tuple[Body | str, Body | str]]
+    bodies: Required[BodyPair | Body | GivenBodies | tuple[Body | str, Body | str]]
     surface: Required[Surface]
     normal_force: float | None
     approach: float | None
@@ -143,7 +144,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         "material": "bodies",
         "geometry": "surface",
     }
-    bodies: Bodies | BodyPair
+    bodies: Bodies | BodyPair | GivenBodies
     surface: Surface
     normal_force: float | None = None
     approach: float | None = None
@@ -237,6 +238,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             return "a curved reference surface"
         if isinstance(self.bodies, Bodies):
             return f"K = {self.bodies.K:.3g}"
+        if isinstance(self.bodies, GivenBodies) and self.bodies.coupled:
+            return "coupled by their compliance"
         if self.bodies.coupled:
             return "of different materials"
         return "alike"

@@ -142,17 +142,20 @@ class SoftenedKernel:
         return product
 
 
-class CurvedKernel:
-    """Kernel of a surface whose curvature varies, on a box from a row of its grid."""
+class WholeKernel:
+    """Kernel of an operator that depends on the place, or whose blocks are not symmetric: products
+    on its whole grid, for a box from a row and a column of it.
+    """
 
-    def __init__(self, operator: GridOperator, first: int) -> None:
+    def __init__(self, operator: GridOperator, corner: tuple[int, int]) -> None:
         self.operator = operator
-        self.first = first
+        self.corner = corner
         self._unit = np.float32(unit(operator))
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         ny, nx = traction.shape[1:]
-        box = slice(None), slice(self.first, self.first + ny), slice(nx)
+        row, column = self.corner
+        box = slice(None), slice(row, row + ny), slice(column, column + nx)
         whole = np.zeros((len(traction), *self.operator.shape), np.float32)
         whole[box] = traction / self._unit
         displacement: np.ndarray = self.operator.apply(whole)[box]
@@ -246,14 +249,13 @@ def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
 def product_and_plain(
     operator: RestrictedOperator, shape: tuple[int, int]
 ) -> tuple[Product, Kernel]:
-    """The operator on a box, and its kernel there; of a surface whose curvature varies that of the
-    mean one.
-    """
+    """The operator on a box, and its kernel there: of numbers by place the mean ones."""
     whole = operator.grid_operator
     plain = kernel(whole, shape)
-    if whole.toeplitz:
+    if whole.toeplitz and whole.symmetric_in_blocks:
         return plain, plain
-    return CurvedKernel(whole, int(operator.elements.min()) // whole.shape[1]), plain
+    row, column = np.divmod(operator.elements, whole.shape[1])
+    return WholeKernel(whole, (int(row.min()), int(column.min()))), plain
 
 
 def unit(operator: GridOperator) -> float:

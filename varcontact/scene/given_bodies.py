@@ -1,0 +1,127 @@
+"""Bodies that a user gives by numbers: what a scene asks of both of them together."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import math
+import zlib
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.scene.grid import Grid
+from varcontact.system.process import lazy_property
+
+
+class GivenBodies(ABC):
+    """Both bodies of a scene, by numbers of their own."""
+
+    longest_relaxation: ClassVar[float] = 0.0
+    relaxes: ClassVar[bool] = False
+    slides: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def combined_G(self) -> float:
+        """A modulus of rigidity by which tractions are scaled [stress]."""
+
+    @property
+    @abstractmethod
+    def combined_nu(self) -> float:
+        """The Poisson's ratio that goes with it."""
+
+    @property
+    @abstractmethod
+    def K(self) -> float:
+        """Size of the coupling of pressure and tractions; 0: independent."""
+
+    @property
+    def coupled(self) -> bool:
+        """True where pressure and tractions depend on each other."""
+        return self.K != 0
+
+    @property
+    def grounded(self) -> bool:
+        """True where displacements count from places that do not move."""
+        return False
+
+    @property
+    @abstractmethod
+    def softest(self) -> Any:
+        """Half-spaces whose contact is at least as large; None: the grid has to be given."""
+
+    @abstractmethod
+    def check_grid(self, grid: Grid | str, line: bool) -> None:
+        """Refuse a grid, or "auto", on which these bodies have no numbers."""
+
+    @abstractmethod
+    def medium(self, length: float, depth: float) -> Any:
+        """The medium in units of a length; in line contact displacements count from a depth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """An array that does not change: equal to another one of the same shape and bytes.
+
+    Examples
+    --------
+    >>> one = Numbers.of([1.0, 2.0])
+    >>> one == Numbers.of([1.0, 2.0]), one == Numbers.of([[1.0, 2.0]])
+    (True, False)
+    >>> Numbers.of_table("numbers", one.to_table()) == one
+    True
+    """
+
+    array: np.ndarray
+
+    @classmethod
+    def of(cls, values: Any) -> Numbers:
+        """A copy of real numbers."""
+        array = np.array(values, dtype="<f8")
+        array.flags.writeable = False
+        return cls(array)
+
+    @classmethod
+    def of_table(cls, field: str, table: Mapping[str, Any]) -> Numbers:
+        """The array of a file, whose checksum has to fit."""
+        refusal = SceneError(
+            field, "numbers", message=f"{field}: the numbers are not those that were written"
+        )
+        try:
+            shape = [checks.whole(field, size, least=0) for size in table["shape"]]
+            size = 8 * math.prod(shape)
+            packed = base64.b64decode(table["float64"], validate=True)
+            data = zlib.decompressobj().decompress(packed, size + 1)
+            array = np.frombuffer(data, dtype="<f8").reshape(shape)
+        except (KeyError, TypeError, ValueError, zlib.error, MemoryError):
+            raise refusal from None
+        made = cls.of(array)
+        if made.sha256 != table.get("sha256"):
+            raise refusal
+        return made
+
+    def to_table(self) -> dict[str, Any]:
+        """The array as text, with its checksum."""
+        text = base64.b64encode(zlib.compress(self.array.tobytes(), 1)).decode()
+        return {"float64": text, "shape": list(self.array.shape), "sha256": self.sha256}
+
+    @lazy_property
+    def sha256(self) -> str:
+        """The checksum of shape and bytes."""
+        shape = str(self.array.shape).encode()
+        return hashlib.sha256(shape + self.array.tobytes()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Numbers) and self.sha256 == other.sha256
+
+    def __hash__(self) -> int:
+        return hash(self.sha256)
+
+    def __repr__(self) -> str:
+        return f"Numbers(shape={self.array.shape}, sha256={self.sha256[:12]})"
