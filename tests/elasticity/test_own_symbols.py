@@ -398,6 +398,14 @@ def test_symbols_that_no_body_has(symbol, words):
             "Hertz",
         ),
         (
+            lambda: scene(
+                vc.Elasticity(symbol=half_spaces),
+                loads=[vc.SurfaceLoad(body="lower", x=(2, 3), y=(0, 1), pressure=1.0)],
+            ),
+            "loads",
+            "left out",
+        ),
+        (
             lambda: vc.stress_below(vc.solve(scene(vc.Elasticity(symbol=half_spaces))), [0.1]),
             "body",
             "not known",

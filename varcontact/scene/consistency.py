@@ -589,7 +589,7 @@ def _check_loads(scene: Scene) -> None:
         return
     bodies = scene.bodies
     bedded = isinstance(bodies, BodyPair) and bodies.bedded
-    if bodies.relaxes or bedded or scene.conformal:
+    if isinstance(bodies, GivenBodies) or bodies.relaxes or bedded or scene.conformal:
         allowed = "left out: they are for elastic bodies that meet on a plane, and no beddings"
         raise SceneError("loads", scene.loads, allowed)
     if isinstance(scene.surface, Ellipse) and scene.raised:
