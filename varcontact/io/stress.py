@@ -75,8 +75,8 @@ def _to_vtu(field: Any) -> bytes:
     corners = np.arange(len(points))[:, None]
     if grid is not None and min(each.size for each in grid) > 1:
         kind = HEXAHEDRON
-        z = grid[2]
-        corners = _hexahedra(*(each.size for each in grid), upwards=bool(z[1] > z[0]))
+        x, y, z = grid
+        corners = _hexahedra(x.size, y.size, z.size, upwards=bool(z[1] > z[0]))
     stress = np.moveaxis(field.stress.reshape(3, 3, -1), -1, 0)
     arrays = {
         "displacement": field.displacement.reshape(3, -1).T,

@@ -18,6 +18,7 @@ from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
 
@@ -26,7 +27,7 @@ def report(sol: Solution, with_doubts: bool = True) -> str:
     """The printed report of a solution, see `Solution.report`."""
     above = [f"WARNING: {doubt}" for doubt in sol.scene.doubts if with_doubts]
     rows = [("WARNING", words) for words in sol.warnings if words not in sol.scene.doubts]
-    rows += [*_loads(sol), ("contact", _contact_elements(sol)), ("", "")]
+    rows += [*_loads(sol), ("contact", _contact_elements(sol)), *_samples(sol), ("", "")]
     rows += [*_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
     return "\n".join([*above, in_rows(headline(sol), rows, width=18)])
 
@@ -60,6 +61,18 @@ def _contact_elements(sol: Solution) -> str:
         areas = [f"{number} {name}" for name, number in count.items() if name != "contact"]
         text += f": {', '.join(areas)}"
     return text
+
+
+def _samples(sol: Solution) -> Rows:
+    """Roughness of a plane surface that is given by samples with coordinates."""
+    surface = sol.scene.surface
+    if not isinstance(surface, SampledDistance) or surface.x is None or sol.scene.conformal:
+        return []
+    rough = surface.roughness
+    slopes = f"root mean square slope {rough.slope_x:.3g} along x"
+    if not sol.scene.line:
+        slopes += f", {rough.slope_y:.3g} along y"
+    return [("samples", f"Sq = {rough.Sq:.4g}{_unit(sol, 'length')} about a paraboloid, {slopes}")]
 
 
 Rows = list[tuple[str, str]]

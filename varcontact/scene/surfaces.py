@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from varcontact.checks import Checked, positive
 from varcontact.errors import SceneError
 from varcontact.scene.frames import along_axes_of_plane, frames_of_elements
 from varcontact.scene.grid import Grid
+from varcontact.scene.heights import REMOVED, Roughness, levelled, read_heights, roughness_of
 from varcontact.scene.interpolation import Interpolation, continuation, smoothed_field
 from varcontact.scene.pin import PinInHole
 from varcontact.system.process import lazy_property
@@ -238,6 +239,82 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             if getattr(self, name) is not None:
                 set_(self, name, _checked_inclination(name, getattr(self, name), number, each))
 
+    @classmethod
+    @checks.named_options()
+    def from_heights(
+        cls,
+        source: Any,
+        *,
+        spacing: Any = None,
+        remove: str | None = None,
+        on: Surface | None = None,
+        scale: float = 1.0,
+        reference_depth: float | None = None,
+    ) -> SampledDistance:
+        """The distance of a smooth body from a measured surface.
+
+        Parameters
+        ----------
+        source : object, str, Path or array_like
+            An object with ``heights()`` and ``positions()``, as
+            SurfaceTopography has them; a file of heights (`.npy`, of which
+            nothing is unpickled, `.csv`, `.txt`), or of columns x, y, height
+            (`.xyz`, or three columns without a `spacing`); or heights
+            (ny, nx), upwards [length].
+        spacing : float or (float, float), optional
+            Distance of samples along x, and along y, of heights without
+            positions [length].
+        remove : {"mean", "plane", "curvature"}, optional
+            What is taken off by least squares before `on` is added.
+        on : Paraboloids or Cylinders, optional
+            The smooth distance on top of which the heights are; without it the
+            other body is flat.
+        scale : float
+            Length by the unit of the heights: 1e-3 for micrometres on
+            positions in millimetres.
+        reference_depth : float, optional
+            In line contact only, see `Cylinders`.
+
+        Returns
+        -------
+        SampledDistance
+            With its coordinates, the origin in the middle of the samples. It is
+            not periodic: beyond the samples there is nothing.
+
+        Raises
+        ------
+        SceneError
+            For heights with holes, uneven steps, objects in `.npy`, and files
+            that cannot be read.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> heights = 1e-4 * np.random.default_rng(0).normal(size=(32, 32)) + 0.1
+        >>> surface = SampledDistance.from_heights(
+        ...     heights, spacing=0.1, remove="plane", on=Paraboloids(Rx=10.0, Ry=10.0))
+        >>> print(f"Sq = {surface.roughness.Sq:.1e}, at least {surface.h.min():.1e}")
+        Sq = 9.7e-05, at least 0.0e+00
+        """
+        heights, x, y = read_heights(source, spacing)
+        heights = checks.positive("scale", scale) * heights
+        if remove is not None:
+            heights = levelled(heights, x, y, checks.choice("remove", remove, REMOVED))
+        distance = -heights
+        if on is not None:
+            distance = distance + _smooth_distance(on, x, y)
+        distance = distance - distance.min()
+        if y.size == 1:
+            return cls(distance[0], x, reference_depth=reference_depth)
+        return cls(distance, x, y, reference_depth=reference_depth)
+
+    @property
+    def roughness(self) -> Roughness:
+        """Root mean square height and slopes about a paraboloid; refused without coordinates."""
+        if self.x is None:
+            raise SceneError("surface.x", None, "given: slopes need the places of the samples")
+        return roughness_of(self.samples, *self.coordinates)
+
     @property
     def line(self) -> bool:
         """True for line contact: one row of samples along x."""
@@ -385,6 +462,24 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         if self.line:
             h = h[0]
         return replace(self, h=h)
+
+
+def _smooth_distance(on: Any, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The distance of a smooth surface at samples, shape (ny, nx)."""
+    if not hasattr(on, "distance") or isinstance(on, SampledDistance):
+        raise SceneError("on", on, "a surface in closed form, such as Paraboloids")
+    dy = 1.0
+    if y.size > 1:
+        dy = float(y[1] - y[0])
+    grid = Grid(
+        nx=x.size,
+        ny=y.size,
+        dx=float(x[1] - x[0]),
+        dy=dy,
+        x0=float(x[0]),
+        y0=float(y[0]),
+    )
+    return np.asarray(on.distance(grid))
 
 
 Surface = Paraboloids | Ellipse | Cylinders | PinInHole | SampledDistance

@@ -37,8 +37,8 @@ def wheels_dataset(
         variables[quantity.name] = variable((), axle[quantity.name], quantity.unit, words)
     wheel = [wheel_values(found, side, of_sets) for side in sides]
     for quantity in quantities_of("wheel", of_sets):
-        values = [each[quantity.name] for each in wheel]
-        variables[quantity.name] = variable(("side",), values, quantity.unit, "of the wheel")
+        of_sides = [each[quantity.name] for each in wheel]
+        variables[quantity.name] = variable(("side",), of_sides, quantity.unit, "of the wheel")
     for quantity in quantities_of("patch", of_sets):
         values = np.full((len(sides), most), np.nan)
         for i, patches in enumerate(rows):
