@@ -159,6 +159,7 @@ def with_hole():
         (topography(x=np.append(X[:-1], 9.0)), {}, "source", "evenly spaced"),
         (topography(), {"spacing": 0.1}, "spacing", "left out"),
         (HEIGHTS, {}, "spacing", "the distance of samples"),
+        (HEIGHTS, {"spacing": (1.0, 2.0, 3.0)}, "spacing", "(dx, dy)"),
         (HEIGHTS, {"spacing": -1.0}, "spacing", "positive"),
         (HEIGHTS, {"spacing": 0.1, "remove": "planes"}, "remove", "did you mean"),
         (HEIGHTS, {"spacing": 0.1, "on": 3.0}, "on", "closed form"),

@@ -52,6 +52,11 @@ def read_heights(source: Any, spacing: Any) -> tuple[np.ndarray, np.ndarray, np.
         )
         if columns:
             return _of_columns(values)
+    return _of_array(values, spacing)
+
+
+def _of_array(values: Any, spacing: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Heights (ny, nx), or in a row, of even steps."""
     heights = _without_holes(values)
     if heights.ndim == 1:
         heights = heights[None, :]
@@ -59,7 +64,10 @@ def read_heights(source: Any, spacing: Any) -> tuple[np.ndarray, np.ndarray, np.
         raise checks.wrong_shape("source", heights.shape, "heights (ny, nx), three columns or more")
     if spacing is None:
         raise SceneError("spacing", None, "given: the distance of samples along x, or (dx, dy)")
-    steps = np.broadcast_to(checks.numbers("spacing", spacing), (2,))
+    steps = checks.numbers("spacing", spacing)
+    if steps.shape not in ((), (2,)):
+        raise checks.wrong_shape("spacing", steps.shape, "a number, or (dx, dy)")
+    steps = np.broadcast_to(steps, (2,))
     dx = checks.positive("spacing", float(steps[0]))
     dy = checks.positive("spacing", float(steps[1]))
     return heights, _centred(heights.shape[1], dx), _centred(heights.shape[0], dy)

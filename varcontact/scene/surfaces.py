@@ -468,17 +468,14 @@ def _smooth_distance(on: Any, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """The distance of a smooth surface at samples, shape (ny, nx)."""
     if not hasattr(on, "distance") or isinstance(on, SampledDistance):
         raise SceneError("on", on, "a surface in closed form, such as Paraboloids")
+    dx = float(x[1] - x[0])
     dy = 1.0
     if y.size > 1:
         dy = float(y[1] - y[0])
-    grid = Grid(
-        nx=x.size,
-        ny=y.size,
-        dx=float(x[1] - x[0]),
-        dy=dy,
-        x0=float(x[0]),
-        y0=float(y[0]),
-    )
+    # samples are centres of elements
+    left = float(x[0]) - dx / 2
+    bottom = float(y[0]) - dy / 2
+    grid = Grid(nx=x.size, ny=y.size, dx=dx, dy=dy, x0=left, y0=bottom)
     return np.asarray(on.distance(grid))
 
 
