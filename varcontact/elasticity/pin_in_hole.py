@@ -39,6 +39,7 @@ class PinInHoleMedium:
     nu: tuple[float, float]
     depth: float
     even = True
+    reciprocal = True
 
     @property
     def K(self) -> float:

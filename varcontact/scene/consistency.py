@@ -588,8 +588,7 @@ def _check_loads(scene: Scene) -> None:
     if scene.loads is None:
         return
     bodies = scene.bodies
-    bedded = isinstance(bodies, BodyPair) and bodies.bedded
-    if isinstance(bodies, GivenBodies) or bodies.relaxes or bedded or scene.conformal:
+    if scene.conformal or not _feel_loads(bodies):
         allowed = "left out: they are for elastic bodies that meet on a plane, and no beddings"
         raise SceneError("loads", scene.loads, allowed)
     if isinstance(scene.surface, Ellipse) and scene.raised:
@@ -601,8 +600,17 @@ def _check_loads(scene: Scene) -> None:
             if scene.line:
                 allowed = "left out in line contact, where nothing depends on y"
             raise SceneError(f"loads[{k}].y", load.y, allowed)
+        assert not isinstance(bodies, GivenBodies)
         if load.body in _rigid_bodies(bodies):
             raise SceneError(f"loads[{k}].body", load.body, "a body that is not rigid")
+
+
+def _feel_loads(bodies: Bodies | BodyPair | GivenBodies) -> bool:
+    """True of elastic bodies whose displacements far from the contact are known, side by side."""
+    if isinstance(bodies, GivenBodies):
+        return False
+    bedded = isinstance(bodies, BodyPair) and bodies.bedded
+    return not (bodies.relaxes or bedded)
 
 
 def _rigid_bodies(bodies: Bodies | BodyPair) -> list[str]:
