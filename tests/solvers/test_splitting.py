@@ -276,6 +276,20 @@ def test_no_proof_without_a_definite_symmetric_part(rolling, monkeypatch):
         vc.solve(scene, method="convex")
 
 
+def test_nothing_is_proved_of_an_answer_without_a_definite_symmetric_part(rolling):
+    """It is solved to the residual that is asked for, and report and certificate say what that
+    proves.
+    """
+    motion = vc.Steady(vx=0.1, dq=0.1)
+    long = rolling(bodies=vc.Bodies(G=1.0, nu=0.5), motion=motion, grid=vc.Grid(nx=6, ny=60))
+    short = rolling(motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=8, ny=8))
+    found = [vc.solve(scene, method="convex") for scene in (long, short)]
+    assert [each.converged for each in found] == [True, True]
+    assert [each.certificate.proved for each in found] == [False, True]
+    assert ["nothing is proved" in each.report() for each in found] == [True, False]
+    assert "proved to converge wherever the symmetric part is positive definite" in str(found[0])
+
+
 def test_no_number_is_an_answer(normal_problem, tangential_problem):
     for problem, field in ((normal_problem(1), "distance"), (tangential_problem(5), "rigid_shift")):
         values = getattr(problem, field).copy()

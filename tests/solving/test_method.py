@@ -196,7 +196,10 @@ def test_plan_and_scan_take_a_method(rolling):
     scene = rolling(grid=CELLS)
     planned, sol = vc.plan(scene, method="convex"), vc.solve(scene, method="convex")
     assert (planned.normal, planned.tangential, planned.method) == ("hertz", "splitting", "convex")
-    why = "requested: the convex problems by splitting, which is proved to converge"
+    why = (
+        "requested: the convex problems by splitting, proved to converge wherever the symmetric "
+        "part is positive definite"
+    )
     assert planned.reasons["method"] == why
     assert f"  method              convex: {planned.reasons['method']}" in str(planned)
     assert f"  method            convex: {planned.reasons['method']}" in sol.report()

@@ -283,6 +283,9 @@ def test_solved_without_a_guarantee(rolling, ratio, part, motion):
         in sol.report()
     )
     assert f"motion.dq = {sol.scene.motion.dq:.3g} is too short for elements" in sol.report()
+    assert "so nothing is proved but the residual" in sol.report()
+    assert not sol.certificate.proved
+    assert "nothing is proved" in sol.certificate._repr_html_()
 
 
 @pytest.mark.parametrize("normal", ["clarabel", "scs", "osqp"])

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import varcontact
 from varcontact import checks
@@ -48,7 +49,7 @@ def benchmark_solvers(
     solvers: Sequence[str] | None = None,
     problems: Mapping[str, BenchmarkProblem] | None = None,
     *,
-    tols: Sequence[float] = TOLS,
+    tols: ArrayLike = TOLS,
     limit: float = 10.0,
     store: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
@@ -64,7 +65,7 @@ def benchmark_solvers(
         as for `register_solver`. Those of the package that are installed, if not given.
     problems : dict of str to BenchmarkProblem, optional
         Some of `benchmark_problems()`; all of them, if not given.
-    tols : sequence of float
+    tols : array_like
         Tolerances. An answer is "solved" where residual and relative gap are within.
     limit : float
         Processor seconds of a solver on a problem at a tolerance; its process is then ended, and
@@ -337,8 +338,8 @@ class SolverComparison(Reported):
             blocks.append("\n".join([title, *(f"  {line}" for line in lines)]))
         failures = self.failures()
         head = ["solver", *failures.columns]
-        lines = [head, *([name, *map(str, row)] for name, row in _items(failures))]
-        words = [f"  {line}" for line in columns_of_text(lines, left=1)]
+        counts = [[name, *map(str, row)] for name, row in _items(failures)]
+        words = [f"  {line}" for line in columns_of_text([head, *counts], left=1)]
         blocks.append("\n".join(["outcomes, all tolerances", *words]))
         return "\n\n".join(blocks)
 

@@ -18,7 +18,7 @@ from varcontact.benchmark.problem_set import BenchmarkProblem, benchmark_problem
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.errors import NotConverged, OutputError, SceneError
 from varcontact.solvers.interface import Settings, better, natural_residual
-from varcontact.solvers.registry import SOLVERS
+from varcontact.solvers.registry import SOLVERS, Kind
 from varcontact.system.files import write_whole
 from varcontact.system.process import one_blas_thread
 
@@ -127,7 +127,7 @@ def solved_arrays(each: BenchmarkProblem) -> Arrays:
 
 
 def _solution(name: str, problem: NormalProblem | TangentialProblem) -> RawSolution:
-    kind = "tangential"
+    kind: Kind = "tangential"
     if isinstance(problem, NormalProblem):
         kind = "normal"
     best = None

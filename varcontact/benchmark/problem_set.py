@@ -17,7 +17,7 @@ from varcontact.data.benchmark_scenes import reference_scenes, standard_bank, un
 from varcontact.scene.bodies import Bodies, Layer, Layered, Viscoelastic
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
-from varcontact.scene.scene import Motion, Scene
+from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
 from varcontact.solving.given_pressure import without_friction
 from varcontact.solving.program import ProblemName, Program, ProgramName, program
@@ -25,6 +25,7 @@ from varcontact.solving.selection import why_not_hertz
 from varcontact.solving.solve import solve
 
 FRICTION = 0.3
+Body = Bodies | Layered | Viscoelastic
 LIKE = Bodies(G=1.0, nu=0.28)
 CIRCLE = Ellipse(a=1.0, b=1.0)
 FINEST = 60
@@ -75,7 +76,9 @@ class BenchmarkProblem:
     scene: Scene
 
     def program(self, formulation: ProgramName = "auto") -> Program:
-        """Its convex program, tractions under the pressure of the scene without tractions."""
+        """Its convex program by a `formulation` as for `varcontact.program`; tractions under the
+        pressure of the scene without tractions.
+        """
         pressure = None
         if self.problem == "tangential" and why_not_hertz(self.scene):
             pressure = solve(without_friction(self.scene), certify="none", tol=1e-12).pressure
@@ -141,26 +144,25 @@ Named = Iterator[tuple[str, Scene]]
 
 
 def _scene(
-    motion: Motion | None,
+    motion: Steady | Shift | None,
     across: int | Grid,
     surface: Surface = CIRCLE,
-    bodies: Bodies | Layered | Viscoelastic = LIKE,
+    bodies: Body = LIKE,
 ) -> Scene:
     """A scene under a force of 1, with so many elements across the contact."""
-    grid = across
     if isinstance(across, int):
-        grid = Grid(nx=across, ny=across)
-    friction = FRICTION
-    if motion is None:
-        friction = None
-    return Scene(
+        across = Grid(nx=across, ny=across)
+    rolling: Scene = Scene(
         bodies=bodies,
         surface=surface,
         normal_force=1.0,
-        friction=friction,
-        motion=motion,
-        grid=grid,
+        friction=FRICTION,
+        motion=motion or Steady(),
+        grid=across,
     )
+    if motion is None:
+        return without_friction(rolling)
+    return rolling
 
 
 def _square(half_width: float, across: int) -> Grid:
@@ -208,7 +210,10 @@ def _rough() -> Named:
     for across in (16, 32, 52):
         yield f"little rough, {across} across", _scene(None, _square(1.3, across), smooth)
         yield f"rough, {across} across", _scene(None, _square(1.3, across), rough)
-    motions = {"steady": Steady(vx=0.1, spin=0.1), "shift": Shift(ux=0.1, uy=0.05)}
+    motions: dict[str, Steady | Shift] = {
+        "steady": Steady(vx=0.1, spin=0.1),
+        "shift": Shift(ux=0.1, uy=0.05),
+    }
     for name, motion in motions.items():
         for across in (30, 44):
             yield f"rough, {name}, {across} across", _scene(motion, _square(1.3, across), rough)
@@ -309,19 +314,20 @@ def _placed(scene: Scene, across: int) -> Scene:
     assert hertz is not None
     x0 = -1.1 * hertz.a
     y0 = -1.1 * hertz.b
-    sides = {"dx": -2 * x0 / across, "dy": -2 * y0 / across}
-    return replace(scene, grid=Grid(nx=across, ny=across, x0=x0, y0=y0, **sides))
+    dx = -2 * x0 / across
+    dy = -2 * y0 / across
+    return replace(scene, grid=Grid(nx=across, ny=across, dx=dx, dy=dy, x0=x0, y0=y0))
 
 
 # ----------------------------------------------------------------------------- other bodies
 
 
 def _layers() -> Named:
-    pairs = {
-        "soft coat": Layered([Layer(h=0.2, G=0.3, nu=0.3)], base=(1.0, 0.3)),
-        "hard coat": Layered([Layer(h=0.1, G=4.0, nu=0.3)], base=(1.0, 0.25)),
-        "pad": Layered([Layer(h=0.5, G=1.0, nu=0.45)], base="rigid"),
-        "rubber": Viscoelastic(1.0, 0.4, [(2.0, 0.3)]),
+    pairs: dict[str, Body] = {
+        "soft coat": Layered((Layer(h=0.2, G=0.3, nu=0.3),), base=(1.0, 0.3)),
+        "hard coat": Layered((Layer(h=0.1, G=4.0, nu=0.3),), base=(1.0, 0.25)),
+        "pad": Layered((Layer(h=0.5, G=1.0, nu=0.45),), base="rigid"),
+        "rubber": Viscoelastic(1.0, 0.4, ((2.0, 0.3),)),
     }
     speeds = {"rubber": 1.0}
     sphere = Paraboloids(Rx=1.8, Ry=1.8)

@@ -267,7 +267,7 @@ def _judged(
     )
 
 
-def _reason(error: BaseException) -> str:
+def _reason(error: Exception) -> str:
     return first_line(error)[:REASON_MAX]
 
 

@@ -123,6 +123,13 @@ class Certificate:
         """
         return self._computed_bounds.whole
 
+    @property
+    def proved(self) -> bool:
+        """True where bounds on the errors of the tangential forces are known; without, the answer
+        may be one of several, or near none.
+        """
+        return bool(np.all(np.isfinite(self.force_bound[:2])))
+
     def _repr_html_(self) -> str:
         measures = ("gap", "relative_gap", "residual", "normal_residual", "tangential_residual")
         rows = [(name.replace("_", " "), f"{getattr(self, name):.2e}") for name in measures]
@@ -130,6 +137,8 @@ class Certificate:
             f"{name} {size:.2e}"
             for name, size in zip(("Fx", "Fy", "Mz"), self.force_bound, strict=True)
         )
+        if self.level == "full" and not self.proved:
+            bound = "none: nothing is proved but the residual"
         return preformatted(in_rows("Certificate", [*rows, ("guaranteed bounds", bound)]))
 
     def without_moment(self) -> Certificate:

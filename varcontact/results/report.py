@@ -331,8 +331,8 @@ def no_guarantee(sol: Solution) -> str:
     if isinstance(sol.scene.motion, Steady) and sol.scene.motion.dq is not None:
         step = sol.scene.motion.dq
     return (
-        "the symmetric part of the problem is not positive definite, "
-        "and there may be several solutions or none: "
+        "the symmetric part of the problem is not positive definite, so nothing is proved "
+        "but the residual: there may be several solutions or none, and no method has to converge; "
         f"motion.dq = {step:.3g} is too short for elements with sides {dx:.3g} by {dy:.3g}"
     )
 

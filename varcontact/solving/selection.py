@@ -191,7 +191,8 @@ class Preset:
 PRESETS: dict[str, Preset] = {
     "auto": Preset("the fastest method measured, or the solvers named", "norm", "tang-safeguarded"),
     "convex": Preset(
-        "requested: the convex problems by splitting, which is proved to converge",
+        "requested: the convex problems by splitting, proved to converge wherever the symmetric "
+        "part is positive definite",
         "splitting",
         "splitting",
     ),
