@@ -367,9 +367,6 @@ def _profile(groups: tuple[Group, ...], kind: Kind, folder: Path) -> Any:
     name = group.text(0)
     if name.lower().endswith(SLICES):
         reader = ProfileSlices.read
-        if method == 0 and smooth > 0:
-            reason = "is not supported for slices with ISMOOTH = 0; supported: 0, or ISMOOTH = 1"
-            group.refuse("SMOOTH", smooth, reason)
     mirrors = {1: True, -1: False}
     with located(group):
         profile = reader(
@@ -381,8 +378,19 @@ def _profile(groups: tuple[Group, ...], kind: Kind, folder: Path) -> Any:
             mirror_z=mirrors.get(int(group.option(0, 0.0))),
         )
         if method == 0 and smooth > 0:
-            profile = _smoothed(profile, smooth)
+            return _all_smoothed(profile, smooth)
         return profile
+
+
+def _all_smoothed(profile: Any, weight: float) -> Any:
+    """A profile, or all of slices, with ISMOOTH = 0."""
+    if isinstance(profile, tuple):
+        return tuple(_all_smoothed(each, weight) for each in profile)
+    if isinstance(profile, Profile):
+        return _smoothed(profile, weight)
+    once = {id(each): each for each in profile.profiles}
+    smoothed = {key: _smoothed(each, weight) for key, each in once.items()}
+    return replace(profile, profiles=[smoothed[id(each)] for each in profile.profiles])
 
 
 def _smoothed(profile: Profile, weight: float) -> Profile:
