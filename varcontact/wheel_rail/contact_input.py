@@ -19,7 +19,14 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.contact_cases import CaseInput, read_cases
-from varcontact.io.contact_material import bodies_of, friction_law, kept_law, laws_of
+from varcontact.io.contact_material import (
+    bodies_of,
+    friction_law,
+    kept_law,
+    laws_of,
+    layer_of,
+    thermal_of,
+)
 from varcontact.io.contact_words import Group, located
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
@@ -30,6 +37,8 @@ from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSe
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 SIDES: dict[int, Side] = {0: "left", 1: "right", 4: "left", 5: "right"}
+CONVEX_GS = 2
+"""The control digit G of the one solver of CONTACT that takes any DQREL in steady rolling."""
 CONFORMAL = (4, 6)
 """Values of the digit D with which patches are curved."""
 
@@ -48,6 +57,9 @@ class WheelCase:
         None where it cannot be had here.
     reason : str
         Why not, with line and digit; empty where there is a wheel.
+    longitudinal_force : float or None
+        Force on the rail along the wheel set, FX of F = 1 [N]: the pitch rate
+        of the wheel is then one that gives it, and not known before.
     """
 
     number: int
@@ -55,6 +67,7 @@ class WheelCase:
     element: tuple[int, ...] = ()
     wheel: WheelOnRail | None = None
     reason: str = ""
+    longitudinal_force: float | None = None
 
 
 class WheelInput(Sequence[WheelOnRail]):
@@ -70,7 +83,11 @@ class WheelInput(Sequence[WheelOnRail]):
     def __init__(self, path: str, cases: Sequence[WheelCase]) -> None:
         self.path = path
         self.cases = tuple(cases)
-        self._wheels = [case.wheel for case in cases if case.wheel is not None]
+        self._wheels = [
+            case.wheel
+            for case in cases
+            if case.wheel is not None and case.longitudinal_force is None
+        ]
 
     @overload
     def __getitem__(self, k: int) -> WheelOnRail: ...
@@ -181,7 +198,11 @@ class _Reader:
         """One case."""
         line = given.group.line
         try:
-            return WheelCase(given.number, line, given.element, self._wheel(given))
+            wheel = self._wheel(given)
+            force = None
+            if given.controls["FORCE"] == 1:
+                force = given.entries["velocity"].number(5)
+            return WheelCase(given.number, line, given.element, wheel, longitudinal_force=force)
         except SceneError as error:
             if strict:
                 raise
@@ -223,6 +244,8 @@ class _Reader:
                 velocity=velocity,
                 bodies=bodies,
                 friction=friction,
+                third_body=layer_of(case),
+                thermal=thermal_of(case),
                 **grid,
                 **height,
             )
@@ -237,10 +260,13 @@ class _Reader:
         dimensions: Group = case.needs("track", "ZTRACK", "track dimensions", "Z = 3")
         deviations: Group = case.needs("deviations", "ZTRACK", "deviations", "Z = 3")
         rail = self._profile(case.needs("rail", "ZTRACK", "a rail", "Z = 3"), "rail")
-        key = (dimensions, deviations, id(rail), side)
+        rate = 0.0
+        if case.controls["CONFIG"] >= 4:
+            rate = case.needs("velocity", "EWHEEL", "a velocity", "E = 3").angle(0)
+        key = (dimensions, deviations, id(rail), side, rate)
         with located(dimensions):
             track: tuple[Track, float] = self._once(
-                key, lambda: _track(dimensions, deviations, rail, side)
+                key, lambda: _track(dimensions, deviations, rail, side, rate)
             )
         return track
 
@@ -263,18 +289,20 @@ class _Reader:
 def _check_supported(case: CaseInput) -> None:
     """Refuse what digits ask for that a wheel on a rail has not here."""
     controls = case.controls
-    if controls["CONFIG"] >= 4:
-        controls.refuse("CONFIG", "is not supported: rails here are no rollers")
+    if controls["CONFIG"] >= 4 and case.entries["position"].number(0) != 0:
+        group = case.entries["position"]
+        group.refuse(
+            "X", group.number(0), "is not supported: wheels here are above the roller's axle"
+        )
     if controls["TANG"] in (1, 2):
         controls.complain("TANG", "is not supported: wheels here roll steadily, T = 3")
-    if controls["FORCE"] != 0:
-        controls.complain("FORCE", "is not supported: the pitch rate is given here, F = 0")
+    if controls["FORCE"] >= 2 or (controls["FORCE"] == 1 and controls["NORM"] == 0):
+        why = "is not supported; supported: the pitch rate (F = 0), or FX beside FZ (F = 1, N = 1)"
+        controls.complain("FORCE", why)
     if controls["EWHEEL"] >= 4:
         controls.complain("EWHEEL", "is not supported: wheel sets here are rigid")
-    if controls["MATER"] != 0:
-        controls.complain("MATER", "is not supported: bodies here are elastic, M = 0")
-    if controls["HEAT"] != 0:
-        controls.complain("HEAT", "is not supported: wheels here have no temperatures, H = 0")
+    if controls["MATER"] not in (0, 4):
+        controls.complain("MATER", "is not supported; supported: 0 (elastic), 4 (third body)")
     if controls["INFLCF"] == 4 and case.entries["conformal"].integers()[1] != 4:
         group = case.entries["conformal"]
         why = "is not reciprocal, and not supported; supported: 4"
@@ -305,8 +333,8 @@ def _friction(case: CaseInput, speed: float, s: float) -> Any:
 def _grid(case: CaseInput) -> dict[str, Any]:
     """Elements, and distances of patches."""
     elements: Group = case.needs("grid", "DISCNS", "a grid", "D = 2")
-    if elements.number(2) != 1:
-        reason = "is not supported: the step of rolling here is an element; supported: 1"
+    if elements.number(2) != 1 and case.controls["GAUSEI"] == CONVEX_GS:
+        reason = "with G = 2 is not supported: the step of rolling here is an element; supported: 1"
         elements.refuse("DQREL", elements.number(2), reason)
     if elements.angle(3) < math.pi / 2 - 1e-6:
         reason = "is not supported: patches here are separated by distance; supported: 90d"
@@ -325,22 +353,27 @@ def _grid(case: CaseInput) -> dict[str, Any]:
     return grid
 
 
-def _track(dimensions: Group, deviations: Group, rail: Any, side: Side) -> tuple[Track, float]:
+def _track(
+    dimensions: Group, deviations: Group, rail: Any, side: Side, rate: float
+) -> tuple[Track, float]:
     """The track with its rails, and how far the rail's top is below CONTACT's height 0."""
     height, second, third = (dimensions.number(k) for k in range(3))
-    cant = dimensions.angle(3)
+    rails: dict[str, Any] = {"rail": rail, side: _irregularity(deviations)}
+    if dimensions.names[3] == "NOMRAD":
+        rails |= {"roller_radius": dimensions.number(3), "roller_rate": rate}
+    else:
+        rails["cant"] = dimensions.angle(3)
     if dimensions.option(0, 0.0) != 0:
         reason = "is not supported: the track here is straight; supported: 0"
         dimensions.refuse("CURV", dimensions.optional[0], reason)
-    moved = {side: _irregularity(deviations)}
     if height > 0:
         if second not in (0, 1):
             reason = "is not supported: the gauge is that of the innermost face; supported: 0, 1"
             dimensions.refuse("GAUGSQ", second, reason)
-        return Track(rail=rail, gauge=third, gauge_height=height, cant=cant, **moved), 0.0
+        return Track(gauge=third, gauge_height=height, **rails), 0.0
     # the rail's origin is given; its top has the height 0 here, and the gauge may be measured
     # anywhere
-    track = Track(rail=rail, gauge_height=0.0, cant=cant, **moved)
+    track = Track(gauge_height=0.0, **rails)
     beside = SIGN[side] * second - float(track.origin[0])
     track = replace(track, gauge=track.gauge + 2 * beside)
     return track, third - float(track.origin[1])
@@ -407,8 +440,17 @@ def _smoothed(profile: Profile, weight: float) -> Profile:
 
 def _velocity(case: CaseInput) -> Velocity:
     group: Group = case.needs("velocity", "EWHEEL", "a velocity", "E = 3")
-    speed, lateral, vertical = (group.number(k) for k in range(3))
-    roll_rate, yaw_rate, pitch_rate = (group.angle(k) for k in range(3, 6))
+    _, lateral, vertical = (group.number(k) for k in range(3))
+    speed = group.angle(0)
+    if case.controls["CONFIG"] >= 4:  # coordinates that move as the roller's top would
+        speed *= case.entries["track"].number(3)
+    roll_rate = group.angle(3)
+    yaw_rate = group.angle(4)
+    pitch_rate = None
+    if group.names[5] == "VPITCH":
+        pitch_rate = group.angle(5)
+    if (pitch_rate is None) != (case.controls["FORCE"] == 1):
+        case.controls.complain("FORCE", "needs a velocity that has it: use E = 2")
     with located(group):
         return Velocity(
             speed=speed,

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from varcontact.errors import VarcontactError
+from varcontact.errors import SceneError, VarcontactError
 from varcontact.wheel_rail.contact_input import WheelCase
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+
+CREEP_MAX = 0.03
+"""Creepages between which a longitudinal force is sought."""
+CREEP_TOL = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +32,33 @@ def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
             yield WheelRun(case, reason=case.reason)
             continue
         try:
-            solution = case.wheel.solve(certify="none")
+            solution = _solved(case.wheel, case.longitudinal_force)
         except VarcontactError as error:
             yield WheelRun(case, reason=str(error))
             continue
         yield WheelRun(case, solution, "", [values_of(patch) for patch in solution.patches])
+
+
+def _solved(wheel: WheelOnRail, force: float | None) -> WheelRailSolution:
+    """A wheel, with the pitch rate that gives a force on the rail along the wheel set."""
+    if force is None:
+        return wheel.solve(certify="none")
+    from scipy.optimize import brentq
+
+    rolling = -wheel.velocity.speed / wheel.wheelset.radius
+    found: dict[float, WheelRailSolution] = {}
+
+    def excess(creep: float) -> float:
+        velocity = replace(wheel.velocity, pitch_rate=rolling * (1 + creep))
+        found[creep] = replace(wheel, velocity=velocity).solve(certify="none")
+        along = wheel.position.rotation[:, 0]
+        return float(along @ found[creep].force) - force
+
+    if excess(-CREEP_MAX) * excess(CREEP_MAX) > 0:
+        raise SceneError("FX", force, "at most what friction can carry")
+    creep = brentq(excess, -CREEP_MAX, CREEP_MAX, xtol=CREEP_TOL)
+    excess(creep)
+    return found[creep]
 
 
 def values_of(patch: PatchSolution) -> dict[str, float]:

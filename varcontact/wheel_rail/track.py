@@ -27,6 +27,9 @@ SIGN: dict[Side, float] = {"left": -1.0, "right": 1.0}
 NUMBERS = ("y", "z", "lateral", "vertical", "roll_rate")
 WIDEST_FLANGE = 40.0
 """Largest distance from the back of a flange to its tip [mm]."""
+ROLLER_REACH = 50.0
+"""Distance from the top of a roller up to which it is described [mm]."""
+ROLLER_SLICES = 101
 FINE = 0.02
 """Step along the profile in the search for the gauge point [mm]."""
 
@@ -99,6 +102,14 @@ class Track(
     left_rail, right_rail : Profile, ProfileSlices, or tuple of these, optional
         That of one side, where it is another one, as in a switch; gauge and
         rail top are those of its own first slice.
+    roller_radius : float, optional
+        Of rollers in place of the rails: from their axle, which is across the
+        track, to their top [mm].
+    roller_rate : float
+        About their axle [rad/s]: positive where their tops move backwards, as
+        those of rails do under a wheel set that rolls forward. Give the wheel
+        set ``roller_rate * roller_radius`` as its speed: track coordinates move
+        with it.
     stiffness : pair of float, optional
         Force by which each rail is moved 1 mm to the side, and down, in the
         equilibrium of `WheelSetOnTrack` [N/mm]: infinite if not given.
@@ -131,6 +142,8 @@ class Track(
     curve_radius: float = np.inf
     left: Irregularity = IN_PLACE
     right: Irregularity = IN_PLACE
+    roller_radius: float | None = None
+    roller_rate: float = 0.0
     stiffness: tuple[float, float] | None = None
     left_rail: Profile | ProfileSlices | tuple[Profile | ProfileSlices, ...] | None = None
     right_rail: Profile | ProfileSlices | tuple[Profile | ProfileSlices, ...] | None = None
@@ -143,6 +156,12 @@ class Track(
                 _check_profile(f"track.{name}", given, "rail")
                 set_(self, name, tuple(given) if isinstance(given, list) else given)
         super().__post_init__()
+        if self.roller_radius is not None:
+            set_(self, "roller_radius", checks.positive("track.roller_radius", self.roller_radius))
+            if self.roller_radius <= ROLLER_REACH or not self._round:
+                allowed = f"more than {ROLLER_REACH:g} mm, and rails of one profile"
+                raise SceneError("track.roller_radius", self.roller_radius, allowed)
+        set_(self, "roller_rate", checks.number("track.roller_rate", self.roller_rate))
         set_(self, "curve_radius", checks.real("track.curve_radius", self.curve_radius))
         if not abs(self.curve_radius) > self.gauge:
             allowed = (
@@ -175,9 +194,20 @@ class Track(
             for side, rail in rails.items()
         }
 
+    @property
+    def _round(self) -> bool:
+        """True where rails have one profile each, of which rollers can be made."""
+        given = (self.rail, self.left_rail, self.right_rail)
+        return all(each is None or isinstance(each, Profile) for each in given)
+
     @lazy_property
     def rails(self) -> tuple[ProfileSlices, ...]:
-        """All rails under one wheel."""
+        """All rails under one wheel; a roller sinks before and behind its top."""
+        if self.roller_radius is not None:
+            assert isinstance(self.rail, Profile)
+            s = np.linspace(-ROLLER_REACH, ROLLER_REACH, ROLLER_SLICES)
+            depth = self.roller_radius - np.sqrt(self.roller_radius**2 - s**2)
+            return (ProfileSlices(profiles=self.rail, positions=s, z=depth),)
         if isinstance(self.rail, tuple):
             return tuple(map(sliced, self.rail))
         return (sliced(self.rail),)
@@ -255,8 +285,18 @@ class Track(
         return turned @ rotation(roll=-self.cant)[1:, 1:], self.origin * mirror + [given.y, given.z]
 
     def rail_body(self, side: Side) -> RigidBody:
-        """The rail on a `side` as a rigid body, with the velocities of its irregularity."""
+        """The rail or roller on a `side` as a rigid body, with the velocities of its
+        irregularity.
+        """
         given: Irregularity = getattr(self, side)
+        if self.roller_radius is not None:
+            return RigidBody(
+                position=np.array([0.0, 0.0, self.roller_radius]),
+                velocity=np.array(
+                    [self.roller_radius * self.roller_rate, given.lateral, given.vertical]
+                ),
+                angular_velocity=np.array([given.roll_rate, self.roller_rate, 0.0]),
+            )
         return RigidBody(
             position=np.array([0.0, *self._motion(side)[1]]),
             velocity=np.array([0.0, given.lateral, given.vertical]),

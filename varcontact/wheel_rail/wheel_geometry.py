@@ -13,6 +13,7 @@ from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Coefficient, coefficient
 from varcontact.scene.grid import Grid
+from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -138,6 +139,8 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
     side: Side = "right"
     with_friction: bool = True
     friction: Coefficient | FrictionByAngle = 0.3
+    third_body: ThirdBody | None = None
+    thermal: Thermal | tuple[Thermal, Thermal] | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -283,11 +286,15 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
         surface = reference_surface(overlaps, tangent, self.wheel, self.rail, body, sides, curved)
         # creepages, and seams
         creepage = self.creepage(frame, surface.approach, z)
-        motion = Steady(vx=creepage.vx, vy=creepage.vy, spin=creepage.spin)
+        speed = None
+        if self.thermal is not None:
+            speed = creepage.speed
+        motion = Steady(vx=creepage.vx, vy=creepage.vy, spin=creepage.spin, speed=speed)
         seams = seams_of(overlaps, frame, self.join, self.separate)
         inclination = None
         if curved:
-            motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
+            slip = surface.rigid_slip(frame, body, self.velocity.speed)
+            motion = Steady(rigid_slip=slip, speed=speed)
             seams = _at_arc_lengths(seams, surface)
             inclination = surface.inclination
         # places on the profiles
@@ -310,6 +317,8 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
             surface=sampled,
             approach=surface.approach,
             friction=friction,
+            third_body=self.third_body,
+            thermal=self.thermal,
             motion=motion,
             grid="auto" if sides is None else grid,
             units=MM_N,

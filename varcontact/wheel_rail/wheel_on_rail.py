@@ -54,6 +54,10 @@ class WheelOnRail(WheelGeometry):
         0.28, if not given.
     friction : float, law or FrictionByAngle
         See `Scene`; by the inclination of the rail.
+    third_body : ThirdBody, optional
+        A layer between rail and wheel, see `Scene`.
+    thermal : Thermal or pair (rail, wheel), optional
+        Thermal data in N, mm, s and degrees, see `Scene`.
     dx, dy : float, optional
         Sides of an element [mm]: 0.5 mm if not given, unless `solve` chooses a
         grid for an accuracy.

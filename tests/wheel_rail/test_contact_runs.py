@@ -1,0 +1,115 @@
+"""Rollers, forces along the track, layers and heat of wheels in CONTACT's input files."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.wheel_rail.conditions import DATA
+from tests.wheel_rail.test_contact_input import PLACE, RATES, RIG, TRACK, read
+from varcontact.study.contact_comparison import compared_wheel
+from varcontact.wheel_rail import Track, read_contact_input
+from varcontact.wheel_rail.contact_runs import run_wheels
+
+COARSE = ("  0.200   0.200   1.000", "  0.5   0.5   1.000")
+
+
+@pytest.fixture
+def profiles(tmp_path):
+    shutil.copy(DATA / "profiles" / "rail_UIC60.csv", tmp_path / "rail.csv")
+    shutil.copy(DATA / "profiles" / "wheel_S1002.csv", tmp_path / "the wheel, new.csv")
+    return tmp_path
+
+
+def cases(folder, *changes):
+    read(folder, *changes)
+    return read_contact_input(folder / "case.inp", strict=False).cases
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_a_wheel_on_a_roller_has_hertz_pressure(profiles):
+    """CONFIG = 5: the radii of wheel and roller along x; a roller that turns as fast does not
+    creep.
+    """
+    y = np.linspace(-15.0, 15.0, 301)
+    np.savetxt(profiles / "groove.csv", np.stack([y, 300.0 - np.sqrt(300.0**2 - y**2)], axis=1))
+    ball = np.linspace(-9.0, 9.0, 181)
+    np.savetxt(profiles / "ball.csv", np.stack([ball, np.sqrt(150.0**2 - ball**2) - 150.0], axis=1))
+    changes = [(old, new.format(mirrored="-1")) for old, new in RIG]
+    changes[1] = (TRACK, " -1.0 0.0 0.0 500.0 ")
+    changes[4] = (PLACE, " 0.0 0.0 20000. 0.0 0.0 0.0 ")
+    changes[5] = (RATES, " 0.0 0.0 -20.0 ")
+    changes[6] = ("  0.200   0.200   1.000", "  0.2   0.2   0.5 ")
+    more = [(" 1203100 ", " 5203100 "), (" 2000.   0.0 ", " 4.0   0.0 ")]
+    (case,) = cases(profiles, *changes, *more)
+    assert (case.wheel.track.roller_radius, case.wheel.velocity.speed) == (500.0, 2000.0)
+    (run,) = run_wheels([case])
+    surface = vc.Paraboloids(1 / (1 / 100.0 + 1 / 500.0), 1 / (1 / 300.0 + 1 / 150.0))
+    hertz = vc.Scene(bodies=case.wheel.bodies, surface=surface, normal_force=20000.0).hertz
+    (patch,) = run.patches
+    assert patch["FN"] == pytest.approx(20000.0, rel=1e-4)
+    assert patch["PMAX"] == pytest.approx(hertz.peak_pressure, rel=0.01)
+    assert abs(patch["CKSI"]) < 1e-4
+    with pytest.raises(vc.SceneError, match=r"track.roller_radius = 20.0 is not allowed"):
+        Track(rail=case.wheel.track.rail, gauge_height=0.0, roller_radius=20.0)
+
+
+def test_a_longitudinal_force_is_met(profiles):
+    """F = 1: FX in place of the pitch rate."""
+    changes = [COARSE, (" 1203100 ", " 1203110 "), (RATES, "         0.0    0.0  1500. ")]
+    (case,) = cases(profiles, *changes)
+    assert case.longitudinal_force == 1500.0
+    (run,) = run_wheels([case])
+    assert run.solution.force[0] == pytest.approx(1500.0, rel=1e-4)
+    (case,) = cases(profiles, *changes[:2], (RATES, "         0.0    0.0  15000. "))
+    (run,) = run_wheels([case])
+    assert "at most what friction can carry" in run.reason
+
+
+def test_a_layer_and_heat_are_those_of_the_scene(profiles):
+    heat = "\n 0.0 450. 50e-3 7.85e-6\n 150. 450. 50e-3 7.85e-6\n"
+    (case,) = cases(
+        profiles,
+        COARSE,
+        (" 0022033 ", " 0022433 "),
+        (" 0001331 ", " 3001331 "),
+        (
+            "  0.280   0.280   82000.  82000.  ",
+            "  0.28 0.28 82000. 82000.\n 5. 0.02 0. 0." + heat + " 1.0 BETAPL\n %",
+        ),
+    )
+    (patch,) = case.wheel.patches(case.wheel.touching + 0.05)
+    assert patch.scene.third_body == vc.ThirdBody(h=0.02, G=5.0)
+    assert [each.temperature for each in patch.scene.thermal] == [0.0, 150.0]
+    assert patch.scene.motion.speed == pytest.approx(2000.0, rel=1e-3)
+    with pytest.raises(vc.SceneError, match="third_body"):
+        case.wheel.estimate()
+
+
+def test_friction_varies_by_inclination_and_along_the_track(profiles):
+    by_angle = (
+        (" 0022033 ", " 1022033 "),
+        ("  0.300   0.300 ", " 2\n -20d 0.2 0.2\n -10d 0.3 0.3\n %"),
+    )
+    (case,) = cases(profiles, *by_angle)
+    friction = case.wheel.friction
+    assert [friction(np.radians(each)) for each in (0.0, 15.0, 30.0)] == pytest.approx(
+        [0.3, 0.25, 0.2]
+    )
+    along = (" 0022033 ", " 2022033 "), ("  0.300   0.300 ", " 2\n 0. 0.2 0.2\n 100. 0.3 0.3\n %")
+    (case,) = cases(profiles, *along, (PLACE, PLACE.replace("0.0", "60.", 1)))
+    assert case.wheel.friction == pytest.approx(0.26)
+
+
+def test_patches_are_compared_by_their_place():
+    """Forces to 1e-3 of the normal force, whatever the order."""
+    theirs = (
+        {"FN": 9000.0, "FX": 0.0, "FS": 1.0, "YCP(R)": 5.0},
+        {"FN": 1000.0, "FX": 0.0, "FS": 0.0, "YCP(R)": -9.0},
+    )
+    ours = [{**theirs[1], "FN": 1009.0}, {**theirs[0], "FS": 20.0}]
+    rows = compared_wheel(1, ours, vc.ContactOutput(1, None, "right", {}, theirs))
+    assert [row.quantity for row in rows if row.verdict == "differs"] == ["FS"]
+    (row,) = compared_wheel(1, ours[:1], vc.ContactOutput(1, None, "right", {}, theirs))
+    assert (row.quantity, row.theirs, row.ours) == ("PATCHES", 2.0, 1.0)
