@@ -17,6 +17,7 @@ from varcontact.cli.contact_files import suite
 from varcontact.cli.options import METHODS
 from varcontact.cli.profiles import profiles
 from varcontact.cli.scan import curve, scan
+from varcontact.cli.schema import schema
 from varcontact.cli.serve import serve
 from varcontact.cli.solve import plan, solve
 from varcontact.cli.sweep import make_table, sweep
@@ -70,6 +71,10 @@ COMMANDS: dict[Any, tuple[str, str]] = {
     profiles: (
         "Read the profiles of a folder, and say what is doubtful.",
         "profiles measured --kind rail",
+    ),
+    schema: (
+        "Print the JSON Schema of input files, for editors.",
+        "schema scene --out scene.schema.json",
     ),
     serve: ("Solve wheels for a vehicle code, by lines of JSON.", "serve --port 5005"),
 }

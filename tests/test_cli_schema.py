@@ -1,0 +1,117 @@
+"""JSON Schema of input files: valid files pass, unknown keys and wrong kinds do not."""
+
+import json
+import sys
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from tests.command import run
+from tests.test_every_kind import KINDS
+from varcontact.cli.json_schema import SCHEMAS
+from varcontact.errors import SceneError
+from varcontact.io.scene_toml import scene_to
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "docs" / "_extensions"))
+CHECKERS = {name: jsonschema.Draft202012Validator(schema()) for name, schema in SCHEMAS.items()}
+BALL = """
+normal_force = 1000.0
+[bodies]
+E = 210e9
+nu = 0.28
+[surface]
+kind = "paraboloids"
+Rx = 0.1
+Ry = 0.1
+"""
+
+
+def faults(kind, table):
+    return [error.message for error in CHECKERS[kind].iter_errors(json.loads(json.dumps(table)))]
+
+
+def kind_of(table):
+    if "track" in table:
+        return "wheel"
+    return "sweep" if "over" in table else "scene"
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_schemas_are_schemas(kind):
+    jsonschema.Draft202012Validator.check_schema(SCHEMAS[kind]())
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_kind_of_scene_passes(name):
+    try:
+        table = scene_to(KINDS[name])
+    except SceneError:
+        pytest.skip("no file can hold it")
+    assert faults("scene", table) == []
+
+
+def test_files_on_pages_pass():
+    import pages
+
+    checked = 0
+    for page in (ROOT / "docs").rglob("*.md"):
+        for block in pages.blocks(page):
+            if block.language != "toml":
+                continue
+            table = tomllib.loads(block.code)
+            if {"bodies", "surface"} <= table.keys() or "track" in table:
+                assert faults(kind_of(table), table) == [], f"{page.name}:{block.line}"
+                checked += 1
+    assert checked >= 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "norml_force = 3.0\n",
+        'friction = "much"\n',
+        'friction = { kind = "static-kinetic", static = 0.3, kinetik = 0.2 }\n',
+        '[motion]\nkind = "steady"\nvx = "fast"\n',
+        '[motion]\nkind = "rolling"\n',
+        "[solve]\naccuracyy = 0.1\n",
+        "[grid]\nnx = 10.5\nny = 10\n",
+    ],
+)
+def test_mistakes_do_not_pass(change):
+    top = change if change[0] != "[" else ""
+    below = "" if top else change
+    assert faults("scene", tomllib.loads(BALL)) == []
+    assert faults("scene", tomllib.loads(top + BALL + below)) != []
+
+
+def test_wheels_have_their_own_entries():
+    wheel = """
+    vertical_force = [80e3, 90e3]
+    side = "both"
+    track = { rail = { file = "rail.csv", smoothing = 5.0 }, cant = 0.025 }
+    wheelset = { wheel = "s1002" }
+    position = { y = { from = 0.0, to = 4.0, count = 2 } }
+    friction = { kind = "by_angle", angles = [-0.5, 0.0], coefficients = [0.1, 0.3] }
+    """
+    assert faults("wheel", tomllib.loads(wheel)) == []
+    for right, wrong in (("cant", "kant"), ("both", "all"), ("count", "number"), ("file", "fill")):
+        assert faults("wheel", tomllib.loads(wheel.replace(right, wrong))) != [], wrong
+
+
+def test_descriptions_come_from_the_docstrings():
+    grid = SCHEMAS["scene"]()["$defs"]["grid"]["properties"]
+    assert grid["nx"]["description"]
+
+
+def test_the_command_prints_and_writes(tmp_path):
+    printed = run("schema", "wheel", folder=tmp_path)
+    assert json.loads(printed.stdout) == SCHEMAS["wheel"]()
+    file = tmp_path / "scene.schema.json"
+    for _ in range(2):  # its own may be replaced
+        assert run("schema", "scene", "--out", file, folder=tmp_path).returncode == 0
+    assert json.loads(file.read_text())["$id"] == "varcontact-scene.schema.json"
+    refused = run("schema", "scenes", folder=tmp_path)
+    assert refused.returncode == 2 and "did you mean scene" in refused.stderr
