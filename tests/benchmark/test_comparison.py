@@ -195,8 +195,9 @@ def by_hand(seconds):
             row = dict.fromkeys(COLUMNS)
             row |= {"problem": str(number), "group": "shifts", "elements": 100 * number + 50}
             row |= {"solver": solver, "tol": 1e-6, "limit": 10.0, "iterations": 1}
-            outcome = "inaccurate" if each is None else "solved"
-            rows.append(row | {"outcome": outcome, "seconds": each or 1.0})
+            outcome, residual = ("inaccurate", 2e-6) if each is None else ("solved", 1e-7)
+            row |= {"outcome": outcome, "residual": residual, "relative_gap": residual}
+            rows.append(row | {"seconds": each or 1.0})
     return vc.SolverComparison(pd.DataFrame(rows, columns=list(COLUMNS)))
 
 
@@ -217,6 +218,20 @@ def test_means_and_profiles_by_hand():
     sizes = compared.sizes(1e-6).set_index("size")
     assert sizes.loc["1-150", ["a", "b"]].tolist() == pytest.approx([0.15, 0.15])
     assert sizes.loc["151-500", "b"] == np.inf
+
+
+def test_a_run_to_a_tighter_tolerance_counts_where_a_looser_one_misses():
+    """And where it is faster; one that was asked for less never does."""
+    rows = []
+    for tol, residual, seconds in ((1e-3, 5e-3, 1.0), (1e-6, 5e-6, 2.0), (1e-9, 1e-9, 3.0)):
+        row = dict.fromkeys(COLUMNS) | {"problem": "a", "group": "shifts", "solver": "s"}
+        row |= {"tol": tol, "residual": residual, "relative_gap": 0.0, "seconds": seconds}
+        rows.append(row | {"outcome": "inaccurate", "limit": 10.0})
+    compared = vc.SolverComparison(pd.DataFrame(rows, columns=list(COLUMNS)))
+    assert compared.tried["cost"].tolist() == [2.0, 3.0, 3.0]
+    rows[2]["residual"] = 2e-9
+    compared = vc.SolverComparison(pd.DataFrame(rows, columns=list(COLUMNS)))
+    assert compared.tried["cost"].tolist() == [2.0, 3.0, np.inf]
 
 
 def test_report_json_and_picture():

@@ -226,12 +226,24 @@ class SolverComparison(Reported):
 
     @property
     def tried(self) -> pd.DataFrame:
-        """The rows in which the solver applies to the problem, with `cost`: seconds where it is
-        solved, else infinite.
+        """The rows in which the solver applies to the problem, with `cost`: seconds to the
+        tolerance, infinite where it is not reached.
+
+        A run that was asked for a tighter tolerance counts, too: solvers understand tolerances in
+        their own ways.
         """
         rows = self.runs[self.runs["outcome"] != NOT_APPLICABLE]
-        solved = rows["outcome"] == "solved"
-        return rows.assign(solved=solved, cost=rows["seconds"].where(solved, np.inf))
+        names = ["problem", "solver"]
+        measured = ["residual", "relative_gap", "seconds"]
+        asked = rows[[*names, "tol", *measured]].rename(columns={"tol": "asked"})
+        pairs = rows[[*names, "tol"]].merge(asked, on=names)
+        reached = pairs["asked"] <= pairs["tol"]
+        for name in measured[:2]:
+            reached &= pairs[name].astype(float) <= pairs["tol"]
+        costs = pairs[reached].groupby([*names, "tol"])["seconds"].min().rename("cost")
+        rows = rows.join(costs, on=[*names, "tol"])
+        rows["cost"] = rows["cost"].astype(float).fillna(np.inf)
+        return rows.assign(solved=np.isfinite(rows["cost"]))
 
     def summary(self) -> pd.DataFrame:
         """Problems, those solved, and shifted geometric means of the seconds by group, tolerance
