@@ -451,7 +451,7 @@ def linearise(sol: Solution, swings: bool = True) -> Linearised:
     normal = None
     if disc.K != 0 or loaded:
         normal = _normal_factors(disc, with_pressure, slip, growing)
-    entering, leading, thin = _entering(sol, contact)
+    entering, leading, thin = entering_tractions(sol, contact)
     return Linearised(
         disc=disc,
         stick=np.flatnonzero(contact & (sol.state == STICK)),
@@ -494,7 +494,9 @@ def _normal_factors(
     return factors
 
 
-def _entering(sol: Solution, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def entering_tractions(
+    sol: Solution, contact: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Tractions (2, N) by pressure that particles carry at the leading edge; `leading` and `thin`
     elements.
 

@@ -1,0 +1,95 @@
+"""Fields of a contact in a scene: its own, or one nearby, in which they leave residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.scene.scene import Scene
+from varcontact.system.process import lazy_property
+
+CREEPAGES = "vx", "vy", "spin"
+SHIFTS = "ux", "uy", "rotation"
+
+
+@dataclass(frozen=True, eq=False)
+class ContactFields:
+    """Pressure (ny, nx), traction (2, ny, nx), creepages (3,) and approach of a contact, physical.
+
+    Creepages are those that are prescribed, and those found for a force; of a shift its components.
+    """
+
+    scene: Scene
+    disc: Discretisation
+    pressure: np.ndarray
+    traction: np.ndarray
+    creepage: np.ndarray
+    approach: float
+
+    @property
+    def area(self) -> float:
+        """Area of an element."""
+        return self.disc.grid.area
+
+    @property
+    def rolled(self) -> float:
+        """Rigid shift in a step by a unit creepage: the distance rolled; 1 in a shift."""
+        if self.disc.step is None:
+            return 1.0
+        return self.disc.step * self.disc.scales.length
+
+    @property
+    def names(self) -> tuple[str, str, str]:
+        """Names of the creepages, or of the components of the shift."""
+        motion = self.scene.motion
+        return CREEPAGES if motion is None or motion.rolls else SHIFTS
+
+    @lazy_property
+    def compliance(self) -> float:
+        """Displacement by a dimensionless one, divided by traction by a dimensionless one."""
+        return self.disc.scales.displacement / self.disc.scales.pressure
+
+    @lazy_property
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """x and y of the centres, (ny, nx) each."""
+        x, y = np.meshgrid(self.disc.grid.x, self.disc.grid.y)
+        return x, y
+
+    @lazy_property
+    def deformed_distance(self) -> np.ndarray:
+        """e = h + A_zz p + A_zt q - approach, (ny, nx)."""
+        disc = self.disc
+        elastic = disc.operators.normal.apply(self.pressure[None])[0]
+        if self._has_tractions and disc.K != 0:
+            elastic = elastic + disc.operators.traction_to_distance.apply(self.traction)[0]
+        return elastic * self.compliance + disc.distance - self.approach
+
+    @lazy_property
+    def local_shift(self) -> np.ndarray:
+        """E = W + M q + B p, (2, ny, nx): the slip times the distance rolled; in a shift it is the
+        local shift.
+        """
+        disc = self.disc
+        elastic = disc.tangential_operator.apply(self.traction)
+        if disc.edge_compliance is not None:
+            elastic = elastic + disc.edge_compliance * self.traction
+        if disc.K != 0:
+            elastic = elastic + disc.pressure_to_shift.apply(self.pressure[None])
+        return elastic * self.compliance + self.rigid_shift
+
+    @lazy_property
+    def rigid_shift(self) -> np.ndarray:
+        """W, with the creepages that forces gave, (2, ny, nx)."""
+        motion = self.disc.loading.motion
+        rigid = dict(zip(self.names, map(float, self.creepage), strict=True))
+        if self.disc.grid.line:
+            del rigid[self.names[2]]
+        known = replace(motion, Fx=None, Fy=None, **rigid)
+        return self.disc.with_loading(motion=known).rigid_shift * self.disc.scales.displacement
+
+    @property
+    def _has_tractions(self) -> bool:
+        return self.disc.loading.motion is not None

@@ -1,0 +1,474 @@
+"""The transposed linear problem about a solved contact, with its areas held.
+
+Contact C, stick S and slip T are those of the solution; n is along the traction that
+slips, t across it. With q the tractions, p the pressure, A, M and B influence numbers::
+
+    C: e = h + A_zz p + A_zt q - d = 0          load: sum p dA = N, or d is given
+    S: E = W + M q + B p = 0                    forces: sum q dA = F, creepages unknown
+    T: t.E = 0, linearised t.dE + (|E|/g) t.dq = 0, and n.q = f p
+
+Multipliers of these equations solve the transposed problem. Its operators are block-Toeplitz
+with mirrored tables, so that Newton's preconditioner serves: it sees from the kernel that
+particles come from the other side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.stick_slip import SLIP, STICK
+from varcontact.elasticity.operators import GridOperator
+from varcontact.errors import NotConverged
+from varcontact.results.gradients.contact_fields import ContactFields
+from varcontact.results.linearised import entering_tractions
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import Steady
+from varcontact.solvers.newton.gcr import Forces
+from varcontact.solvers.newton.kernel import kernel, unit
+from varcontact.solvers.newton.normal import NormalConditions
+from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
+from varcontact.system.process import lazy_property
+from varcontact.transports import DIFFERENCES
+
+TOL = 1e-10
+"""Residual of the transposed problem, relative to its right-hand side."""
+DIRECTIONS_MAX = 400
+"""Directions of one transposed solve; 14 to 30 are usual."""
+
+Inverse = Callable[[np.ndarray], np.ndarray]
+Edge = Literal["held", "moving"]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldAreas:
+    """Areas and directions of a solution, which the linearised problem holds."""
+
+    contact: np.ndarray
+    stick: np.ndarray
+    slip: np.ndarray
+    along: np.ndarray  # (2, ny, nx) n where it slips, else zero
+    turning: np.ndarray  # |E|/g where it slips, dimensionless
+    growing: np.ndarray  # (2, ny, nx) change of tractions by pressure
+
+    @classmethod
+    def of(cls, solution: Solution, fields: ContactFields) -> HeldAreas:
+        shape = solution.grid.shape
+        nothing = np.zeros(shape, bool)
+        zero = np.zeros((2, *shape))
+        contact = solution.pressure > 0
+        scene = solution.scene
+        if scene.motion is None or scene.frictionless:
+            return cls(contact, nothing, nothing, zero, zero[0], zero)
+        bounded = solution.traction_bound > 0
+        stick = bounded & (solution.state == STICK)
+        slip = bounded & (solution.state == SLIP)
+        size = np.where(slip, np.hypot(*solution.traction), 1.0)
+        along = np.where(slip, solution.traction / size, 0.0)
+        turning = np.hypot(*fields.local_shift) * slip / size / fields.compliance
+        friction = np.nan_to_num(np.broadcast_to(scene.friction, shape), posinf=0.0)
+        return cls(contact, stick, slip, along, turning, along * friction)
+
+    @property
+    def across(self) -> np.ndarray:
+        """t, (2, ny, nx)."""
+        return np.array([-self.along[1], self.along[0]])
+
+    def within(self, fields: np.ndarray) -> np.ndarray:
+        """Parts of fields (2, ny, nx) that are free: both where it sticks, across where it slips."""
+        across = self.across
+        free: np.ndarray = self.stick * fields + across * (across * fields).sum(axis=0)
+        return free
+
+
+@dataclass(frozen=True, eq=False)
+class MovingEdge:
+    """Tractions that particles bring in where load or shape move the leading edge of rolling.
+
+    There pressure and traction change as 1/sqrt of the distance from the edge, in the ratio
+    `entering` (2, ny, nx). Elements whose slip difference reaches over the edge take the shift by
+    these tractions as many columns further on: `reaching` has the elements and the columns.
+    """
+
+    entering: np.ndarray
+    reaching: tuple[tuple[np.ndarray, int], ...] = ()
+
+    def passed(self, multipliers: np.ndarray) -> np.ndarray:
+        """Multipliers moved to where the shift by entering tractions is taken, less themselves."""
+        moved = np.zeros_like(multipliers)
+        for elements, columns in self.reaching:
+            own = multipliers * elements
+            moved += np.roll(own, -columns, axis=2) - own
+        return moved
+
+
+@dataclass(frozen=True, eq=False)
+class Multipliers:
+    """Of the linearised equations, in half-dimensionless form: `shift` (2, ny, nx) of E, `distance`
+    (ny, nx) of e, `forces` (k,) and `load` of the prescribed sums; and the directions of the solve.
+    """
+
+    shift: np.ndarray
+    distance: np.ndarray
+    forces: np.ndarray
+    load: float
+    directions: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class LinearisedContact:
+    """A contact about its solution: held areas, and the transposed operators between them.
+
+    `free` are the directions whose forces are prescribed.
+    """
+
+    fields: ContactFields
+    areas: HeldAreas
+    edge: MovingEdge
+    free: tuple[int, ...]
+
+    @classmethod
+    def about(cls, solution: Solution, fields: ContactFields, edge: Edge) -> LinearisedContact:
+        areas = HeldAreas.of(solution, fields)
+        motion = solution.scene.motion
+        free: tuple[int, ...] = ()
+        if motion is not None and not solution.scene.frictionless:
+            free = tuple(i for i, F in enumerate((motion.Fx, motion.Fy)) if F is not None)
+        like = fields.disc.K == 0 and not solution.scene.no_slip
+        moving = MovingEdge(np.zeros_like(areas.along))
+        if edge == "moving" and like and isinstance(motion, Steady) and areas.slip.any():
+            areas, moving = _with_moving_edge(solution, fields, areas)
+        return cls(fields, areas, moving, free)
+
+    @property
+    def disc(self) -> Discretisation:
+        return self.fields.disc
+
+    @property
+    def has_load(self) -> bool:
+        """True where the normal force is prescribed: the approach is unknown."""
+        return self.fields.scene.normal_force is not None
+
+    @property
+    def moves(self) -> bool:
+        """True where there are tractions."""
+        return bool((self.areas.stick | self.areas.slip).any())
+
+    @property
+    def coupled(self) -> bool:
+        """True where tractions change the pressure: both problems are solved together."""
+        return self.disc.K != 0 and self.moves
+
+    # ------------------------------------------------------------------- transposed operators
+
+    @lazy_property
+    def _tangential(self) -> GridOperator:
+        return self.disc.tangential_operator.transposed
+
+    @lazy_property
+    def normal_operator(self) -> GridOperator:
+        return self.disc.operators.normal.transposed
+
+    @lazy_property
+    def _traction_to_distance(self) -> GridOperator:
+        return self.disc.operators.traction_to_distance.transposed
+
+    @lazy_property
+    def _pressure_to_shift(self) -> GridOperator:
+        return self.disc.pressure_to_shift.transposed
+
+    def by_tractions(self, found: Multipliers) -> np.ndarray:
+        """Derivatives by tractions (2, ny, nx) of what the multipliers weight: M' of the shift's,
+        A_zt' of the distance's, and the forces'.
+        """
+        total = self._tangential.apply(found.shift)
+        if self.disc.edge_compliance is not None:
+            total = total + self.disc.edge_compliance * found.shift
+        if self.disc.K != 0:
+            total = total + self._traction_to_distance.apply(found.distance[None])
+        for row, component in enumerate(self.free):
+            total[component] += found.forces[row]
+        return total
+
+    def by_pressure(self, shift: np.ndarray, by_tractions: np.ndarray) -> np.ndarray:
+        """Derivatives by pressures (ny, nx) of what multipliers of the shift weight: by tractions
+        that grow with the pressure, by those that enter at a moving edge, and of unlike bodies.
+        """
+        total = (self.areas.growing * by_tractions).sum(axis=0)
+        if self.edge.reaching:
+            moved = self._tangential.apply(self.edge.passed(shift))
+            total = total + (self.edge.entering * moved).sum(axis=0)
+        if self.disc.K != 0:
+            total = total + self._pressure_to_shift.apply(shift)[0]
+        return self.areas.contact * total
+
+    # ------------------------------------------------------------------- preconditioners
+
+    @lazy_property
+    def tangential_inverse(self) -> Inverse:
+        """Newton's preconditioner with the mirrored kernel."""
+        areas = self.areas
+        own = unit(self._tangential)
+        held = 1 / (1 + areas.turning / own)
+        plain = kernel(self._tangential, self.disc.grid.shape)
+        bound = (areas.stick | areas.slip).astype(float)
+        conditions = TangentialConditions(plain, areas.along, _no_forces(), bound, plain)
+        across = areas.across
+        system = TangentialSystem(across, conditions, areas.stick, areas.along, across, held)
+
+        def inverse(right: np.ndarray) -> np.ndarray:
+            turned = across * ((across * right).sum(axis=0) * held)
+            rows = (areas.stick * right + turned) / own
+            return areas.within(system.precondition(rows.astype(np.float32)).astype(float))
+
+        return inverse
+
+    @lazy_property
+    def normal_inverse(self) -> Inverse:
+        """The same for pressures, which stick in contact."""
+        contact = self.areas.contact
+        own = unit(self.normal_operator)
+        plain = kernel(self.normal_operator, self.disc.grid.shape)
+        zero = np.zeros((1, *contact.shape))
+        bound = contact.astype(float)
+        conditions = NormalConditions(plain, zero, _no_forces(), bound, plain)
+        one = np.ones(contact.shape)
+        outside = zero + ~contact
+        system = TangentialSystem(zero, conditions, contact, outside, zero, one)
+
+        def inverse(right: np.ndarray) -> np.ndarray:
+            found = system.precondition((contact * right / own)[None].astype(np.float32))[0]
+            return contact * found.astype(float)
+
+        return inverse
+
+    # ------------------------------------------------------------------- multipliers
+
+    def tangential_multipliers(self, by_tractions: np.ndarray, by_rigid: np.ndarray) -> Multipliers:
+        """Multipliers of the tangential problem alone, by derivatives of an output by tractions
+        (2, ny, nx) and by unknown rigid shifts (k,).
+        """
+        system = _TransposedSystem(self, tangential=True, normal=False)
+        return system.solved(by_tractions, np.zeros(self.disc.grid.shape), by_rigid, 0.0)
+
+    def normal_multipliers(self, by_pressure: np.ndarray, by_approach: float) -> Multipliers:
+        """Multipliers of the normal problem alone."""
+        system = _TransposedSystem(self, tangential=False, normal=True)
+        zero = np.zeros((2, *self.disc.grid.shape))
+        return system.solved(zero, by_pressure, np.zeros(len(self.free)), by_approach)
+
+    def joint_multipliers(
+        self,
+        by_tractions: np.ndarray,
+        by_pressure: np.ndarray,
+        by_rigid: np.ndarray,
+        by_approach: float,
+    ) -> Multipliers:
+        """Multipliers of both problems together, of unlike bodies."""
+        system = _TransposedSystem(self, tangential=True, normal=True)
+        return system.solved(by_tractions, by_pressure, by_rigid, by_approach)
+
+
+def _no_forces() -> Forces:
+    return Forces((), np.array([]), 1.0)
+
+
+def _with_moving_edge(
+    solution: Solution, fields: ContactFields, areas: HeldAreas
+) -> tuple[HeldAreas, MovingEdge]:
+    """Areas and edge with the tractions that particles bring in at a moving leading edge."""
+    shape = solution.grid.shape
+    bounded = areas.stick | areas.slip
+    entering, leading, thin = (
+        each.reshape(*each.shape[:-1], *shape) for each in entering_tractions(solution, bounded)
+    )
+    thin = thin & areas.slip
+
+    # columns that the slip difference reaches over
+    ahead = max(ago for ago, _ in DIFFERENCES[fields.disc.transport.difference])
+    columns = ahead * fields.rolled / solution.grid.sides[0]
+    columns = min(max(int(np.ceil(columns - 1e-9)), 1), solution.grid.nx - 1)
+
+    # elements behind the edge, by the columns that are left to its far side
+    reaching = []
+    for k in range(columns):
+        here = np.pad((leading | thin)[:, k:], ((0, 0), (0, k)))
+        back = columns - k
+        stick_there = np.pad(areas.stick[:, :-back], ((0, 0), (back, 0)))
+        reaching.append((here & areas.stick & stick_there, back))
+
+    growing = np.where(thin, entering, areas.growing)
+    return replace(areas, growing=growing), MovingEdge(entering, tuple(reaching))
+
+
+class _TransposedSystem:
+    """The transposed equations as one vector: shifts (2, ny, nx), distances (ny, nx), forces (k,)
+    and the load.
+
+    Prescribed sums border the system, weighted so that their rows are as long as others; they are
+    taken out of the preconditioner by their Schur complement.
+    """
+
+    def __init__(self, contact: LinearisedContact, *, tangential: bool, normal: bool) -> None:
+        self._contact = contact
+        self._tangential = tangential
+        self._normal = normal
+        self._load = normal and contact.has_load
+        self._shape = contact.disc.grid.shape
+        areas = contact.areas
+        self._weight = 1 / np.sqrt(max(int(areas.contact.sum()), 1))
+
+        # borders: uniform rigid shifts, and the approach
+        borders = np.zeros((len(contact.free), 2, *self._shape))
+        for row, component in enumerate(contact.free):
+            borders[row, component] = 1.0
+            borders[row] = areas.within(borders[row]) * self._weight
+        self._borders = borders
+        self._level = areas.contact * self._weight
+
+        # their responses, for the Schur complements
+        self._responses = np.zeros_like(borders)
+        if tangential:
+            for row, border in enumerate(borders):
+                self._responses[row] = contact.tangential_inverse(border)
+        self._schur = np.tensordot(borders, self._responses, ([1, 2, 3], [1, 2, 3]))
+        self._level_response = np.zeros(self._shape)
+        if self._load:
+            self._level_response = contact.normal_inverse(self._level)
+        self._level_schur = float((self._level * self._level_response).sum())
+
+    def solved(
+        self,
+        by_tractions: np.ndarray,
+        by_pressure: np.ndarray,
+        by_rigid: np.ndarray,
+        by_approach: float,
+    ) -> Multipliers:
+        """Multipliers by the derivatives of an output; `NotConverged` where GCR stalls."""
+        areas = self._contact.areas
+        right = Multipliers(
+            areas.within(by_tractions) * self._tangential,
+            areas.contact * by_pressure * self._normal,
+            by_rigid * self._weight * self._tangential,
+            by_approach * self._weight * self._load,
+        )
+        solution, directions = gcr(self._product, self._precondition, self._joined(right))
+        found = self._split(solution)
+        return Multipliers(
+            found.shift,
+            found.distance,
+            found.forces * self._weight,
+            found.load * self._weight,
+            directions,
+        )
+
+    def _joined(self, parts: Multipliers) -> np.ndarray:
+        return np.concatenate(
+            [parts.shift.ravel(), parts.distance.ravel(), parts.forces, [parts.load]]
+        )
+
+    def _split(self, vector: np.ndarray) -> Multipliers:
+        size = self._shape[0] * self._shape[1]
+        shift = vector[: 2 * size].reshape(2, *self._shape)
+        distance = vector[2 * size : 3 * size].reshape(self._shape)
+        return Multipliers(shift, distance, vector[3 * size : -1], float(vector[-1]))
+
+    def _product(self, vector: np.ndarray) -> np.ndarray:
+        """Left-hand sides."""
+        contact = self._contact
+        areas = contact.areas
+        given = self._split(vector)
+        rows = np.zeros_like(given.shift)
+        of_pressure = np.zeros(self._shape)
+        sums = np.zeros_like(given.forces)
+        total = 0.0
+        if self._tangential:
+            rows, of_pressure = self._tangential_rows(given)
+            sums = np.tensordot(self._borders, given.shift, 3)
+        if self._normal:
+            distances = contact.normal_operator.apply(given.distance[None])[0]
+            of_pressure = of_pressure + areas.contact * distances
+        if self._load:
+            of_pressure = of_pressure + given.load * self._level
+            total = float((self._level * given.distance).sum())
+        return self._joined(Multipliers(rows, of_pressure * self._normal, sums, total))
+
+    def _tangential_rows(self, given: Multipliers) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of the tractions, and what those of the pressures have by multipliers of the
+        shift.
+        """
+        contact = self._contact
+        weighted = Multipliers(
+            given.shift, given.distance * self._normal, given.forces * self._weight, 0.0
+        )
+        by_tractions = contact.by_tractions(weighted)
+        rows = contact.areas.within(by_tractions) + contact.areas.turning * given.shift
+        if not self._normal:
+            return rows, np.zeros(self._shape)
+        return rows, contact.by_pressure(given.shift, by_tractions)
+
+    def _precondition(self, vector: np.ndarray) -> np.ndarray:
+        """The tangential inverse, then the normal one on what is left."""
+        contact = self._contact
+        right = self._split(vector)
+        shift = np.zeros_like(right.shift)
+        distance = np.zeros(self._shape)
+        forces = np.zeros_like(right.forces)
+        load = 0.0
+        left = right.distance
+        if self._tangential:
+            shift = contact.tangential_inverse(right.shift)
+            if contact.free:
+                lacking = np.tensordot(self._borders, shift, 3) - right.forces
+                forces = np.linalg.solve(self._schur, lacking)
+                shift = shift - np.tensordot(forces, self._responses, 1)
+        if self._tangential and self._normal:
+            partly = Multipliers(shift, distance, forces, 0.0)
+            left = left - self._tangential_rows(partly)[1]
+        if self._normal:
+            distance = contact.normal_inverse(left)
+        if self._load:
+            load = (float((self._level * distance).sum()) - right.load) / self._level_schur
+            distance = distance - load * self._level_response
+        return self._joined(Multipliers(shift, distance, forces, load))
+
+
+def gcr(
+    product: Inverse, precondition: Inverse, right: np.ndarray, tol: float = TOL
+) -> tuple[np.ndarray, int]:
+    """Generalised conjugate residuals in double precision, preconditioned in single precision, and
+    the number of directions.
+    """
+    found = np.zeros_like(right)
+    residual = right.copy()
+    length = float(np.linalg.norm(right))
+    steps: list[np.ndarray] = []
+    images: list[np.ndarray] = []
+    for count in range(DIRECTIONS_MAX):
+        if float(np.linalg.norm(residual)) <= tol * length:
+            return found, count
+        # a preconditioned direction, its image orthogonal to those before
+        step = precondition(residual)
+        image = product(step)
+        for _ in range(2):
+            for known_step, known_image in zip(steps, images, strict=True):
+                part = known_image @ image
+                image -= part * known_image
+                step -= part * known_step
+        size = float(np.linalg.norm(image))
+        if not size > 0:
+            break
+        steps.append(step / size)
+        images.append(image / size)
+        # the part of the residual that it removes
+        part = images[-1] @ residual
+        found += part * steps[-1]
+        residual -= part * images[-1]
+    left = float(np.linalg.norm(residual)) / max(length, 1e-300)
+    message = f"the gradient was not found in {DIRECTIONS_MAX} directions"
+    raise NotConverged(message, left)
+
