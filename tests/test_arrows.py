@@ -22,6 +22,7 @@ ORDER = (
     {"theories"},
     {"results", "plotting", "io"},
     {"solving"},
+    {"gradients"},
     {"study", "data"},
     {"benchmark"},
     {"plasticity"},
@@ -43,6 +44,7 @@ BACK = {
 CONVENIENCE = {
     "scene.scene": {"io.scene_toml"},
     "results.solution": {
+        "gradients.gradient",
         "io.export",
         "io.solution",
         "plotting.solution",

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from varcontact.gradients.gradient import EdgeName
+    from varcontact.gradients.outputs import Output
     from varcontact.results.frequency import FrequencyResponse
     from varcontact.results.physical import Normalised
 
@@ -489,6 +491,73 @@ class Solution(Reported):
         from varcontact.results.linearised import sensitivity
 
         return sensitivity(self)
+
+    @checks.named_options()
+    def gradient(
+        self,
+        output: str | Output | Sequence[str | Output],
+        by: str | Sequence[str],
+        *,
+        edge: EdgeName = "auto",
+        error: bool = False,
+    ) -> xr.Dataset:
+        """Derivatives of outputs by inputs of the scene, each output from one
+        transposed solve for all inputs.
+
+        Parameters
+        ----------
+        output : str, Weighted or sequence of these
+            "Fx", "Fy", "Mz", "normal_force", "approach", "peak_pressure",
+            "contact_area" (by the dispersion of the pressure),
+            "friction_work"; "vx" or "vy" (of a shift "ux", "uy") that follow
+            from a force; or a `Weighted` integral of pressure and tractions.
+        by : str or sequence of str
+            Numbers of the scene by their paths: "vx", "vy", "spin", "Fx",
+            "Fy", "friction", "normal_force", "approach", "surface.Rx",
+            "bodies.G", "bodies.nu.upper", "bodies.layers.0.G", "dq"; and
+            fields (ny, nx): "distance", the undeformed distance at each
+            element, and "friction" where it is given by elements.
+        edge : {"auto", "held", "moving", "following"}
+            What the edge of the contact does as an input changes. "held": the
+            derivative of the discrete problem, exact while no element changes
+            its state; in rolling, by load or shape, it scatters with the grid
+            by 10 to 20 %. "following": the grid is stretched and shifted with
+            the contact, as the continuum has it. "moving": tractions that enter
+            at a moving leading edge are part of it, of like bodies. "auto":
+            "following" for load, surface and bodies, "moving" for "distance" in
+            rolling, else "held".
+        error : bool
+            Also an estimate of the error of each number, ``<name>_error``: the
+            difference to elements twice as large, which are solved for it.
+
+        Returns
+        -------
+        xarray.Dataset
+            A variable for each input, and "value", with ``units``; of several
+            outputs along the dimension "output".
+
+        Raises
+        ------
+        SceneError
+            For outputs and inputs that the scene has not, or that are prescribed
+            or follow from others; for solutions that are not converged, by
+            theories, of histories, laws of friction, third bodies, conformal or
+            viscoelastic contacts, and in full slip under a prescribed force.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(a=1.0, b=1.0),
+        ...     normal_force=1.0, friction=0.3, motion=vc.Steady(vx=1e-6),
+        ...     grid=vc.Grid(nx=16, ny=16))
+        >>> slopes = vc.solve(scene).gradient(["Fx", "Fy"], by=("vx", "spin"))
+        >>> print(f"{slopes.vx[0]:.2f} {slopes.spin[1]:.2f}")
+        -4.33 -1.56
+        """
+        from varcontact.gradients.gradient import gradient
+
+        return gradient(self, output, by, edge, error)
 
     @checks.named_options()
     def frequency_response(

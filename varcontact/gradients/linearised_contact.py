@@ -24,7 +24,7 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.stick_slip import SLIP, STICK
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NotConverged
-from varcontact.results.gradients.contact_fields import ContactFields
+from varcontact.gradients.contact_fields import ContactFields
 from varcontact.results.linearised import entering_tractions
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady
@@ -471,4 +471,3 @@ def gcr(
     left = float(np.linalg.norm(residual)) / max(length, 1e-300)
     message = f"the gradient was not found in {DIRECTIONS_MAX} directions"
     raise NotConverged(message, left)
-

@@ -9,16 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import hertz_pressure, unloaded, with_subgrid
 from varcontact.errors import SceneError
-from varcontact.results.gradients.contact_fields import ContactFields
-from varcontact.results.gradients.linearised_contact import Edge, LinearisedContact, Multipliers
-from varcontact.results.gradients.outputs import Output
+from varcontact.gradients.contact_fields import ContactFields
+from varcontact.gradients.linearised_contact import Edge, LinearisedContact, Multipliers
+from varcontact.gradients.outputs import Output
 from varcontact.results.linearised import unit_shifts
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid

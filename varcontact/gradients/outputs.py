@@ -12,7 +12,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import SceneError
-from varcontact.results.gradients.contact_fields import ContactFields
+from varcontact.gradients.contact_fields import ContactFields
 
 Weight = float | np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
 

@@ -1,0 +1,283 @@
+"""Gradients of outputs of a solution by inputs of its scene, as a dataset."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.gradients.adjoint import Adjoint, LinearisedSolution
+from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS
+from varcontact.gradients.following import Following
+from varcontact.gradients.inputs import number_of, path_of, quantity_of
+from varcontact.gradients.outputs import Creepage, Output, output_of
+from varcontact.results.solution import Solution
+from varcontact.scene.friction import FrictionBound, Law
+from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.units import IN_WORDS
+from varcontact.solving.solve import solve
+from varcontact.system.process import one_blas_thread
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+EdgeName = Literal["auto", "held", "moving", "following"]
+"""What the edge of the contact does as an input changes, see `Solution.gradient`."""
+
+
+@one_blas_thread()
+def gradient(
+    solution: Solution, output: Any, by: Any, edge: EdgeName = "auto", error: bool = False
+) -> xr.Dataset:
+    """See `Solution.gradient`."""
+    checks.choice("edge", edge, get_args(EdgeName))
+    checks.flag("error", error)
+    check_differentiable(solution)
+    several = isinstance(output, list | tuple)
+    asked = _Asked(
+        outputs=dict(output_of(each) for each in (output if several else [output])),
+        inputs={name: path_of(name) for name in ([by] if isinstance(by, str) else by)},
+        edge=edge,
+    )
+    asked.check(solution)
+    derivatives = asked.of(solution)
+    errors = None
+    if error:
+        coarse = asked.of(_on_half_the_elements(solution))
+        errors = {name: np.abs(derivatives[name] - coarse[name]) for name in asked.scalars}
+    dataset = _dataset(solution, asked, derivatives, errors)
+    return dataset if several else dataset.isel(output=0)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Outputs and paths of inputs by name, and what the edge does."""
+
+    outputs: dict[str, Output]
+    inputs: dict[str, str]
+    edge: EdgeName
+
+    def check(self, solution: Solution) -> None:
+        """Refuse outputs and inputs that the scene has not."""
+        for field, names in (("output", self.outputs), ("by", self.inputs)):
+            if not names:
+                raise SceneError(field, [], "at least one")
+        for name, output in self.outputs.items():
+            _check_output(solution, name, output)
+        for path in self.inputs.values():
+            _check_input(solution, path)
+
+    def of(self, solution: Solution) -> dict[str, np.ndarray]:
+        """Values of the outputs and their derivatives by input, (outputs, ...)."""
+        found = [_Derivatives(solution, output, self.edge) for output in self.outputs.values()]
+        derivatives = {
+            name: np.array([each.by(path) for each in found]) for name, path in self.inputs.items()
+        }
+        return {**derivatives, "value": np.array([each.value for each in found])}
+
+    @property
+    def scalars(self) -> list[str]:
+        """Names of the value and of inputs that are numbers on every grid."""
+        return [name for name, path in self.inputs.items() if path != "distance"] + ["value"]
+
+
+def _on_half_the_elements(solution: Solution) -> Solution:
+    """The scene solved on elements twice as large."""
+    scene = solution.scene
+    grid = solution.grid
+    if isinstance(scene.friction, np.ndarray) or isinstance(scene.surface, SampledDistance):
+        allowed = "False: values of each element are given, and there are no larger elements"
+        raise SceneError("error", True, allowed)
+    sides = {"nx": (grid.nx + 1) // 2, "dx": 2 * grid.sides[0]}
+    if not grid.line:
+        sides |= {"ny": (grid.rows + 1) // 2, "dy": 2 * grid.sides[1]}
+    motion = scene.motion
+    if isinstance(motion, Steady) and motion.dq is not None:
+        motion = replace(motion, dq=2 * motion.dq)
+    coarse = replace(scene, grid=replace(grid, **sides), motion=motion)
+    return solve(coarse, certify="none")
+
+
+class _Derivatives:
+    """Derivatives of one output; adjoints are made when an input first needs them."""
+
+    def __init__(self, solution: Solution, output: Output, edge: EdgeName) -> None:
+        self._solution = solution
+        self._output = output
+        self._edge = edge
+        self._adjoints: dict[str, Adjoint] = {}
+        self._following: Following | None = None
+
+    @property
+    def value(self) -> float:
+        return self._adjoint("held").value
+
+    def by(self, path: str) -> float | np.ndarray:
+        """By an input."""
+        edge = self._edge_of(path)
+        if edge == "following":
+            scene_of, value = number_of(self._solution.scene, path)
+            return self._on_following_grid().along(scene_of, value)
+        return _by(self._adjoint(edge), path)
+
+    def _edge_of(self, path: str) -> EdgeName:
+        """The edge by default: following where an input moves the contact as a whole, moving for
+        distances, else held.
+        """
+        if self._edge != "auto":
+            return self._edge
+        solution = self._solution
+        about = self._adjoint("held").about
+        if not about.contact.moves or not self._output.needs_motion:
+            return "held"
+        if path == "distance":
+            return "moving" if isinstance(solution.scene.motion, Steady) else "held"
+        moved = path in ("normal_force", "approach") or path.startswith(("surface.", "bodies."))
+        if moved and solution.grid.edge == "centres":
+            return "following"
+        return "held"
+
+    def _adjoint(self, edge: Any) -> Adjoint:
+        if edge not in self._adjoints:
+            about = LinearisedSolution.of(self._solution, edge)
+            self._adjoints[edge] = about.adjoint(self._output)
+        return self._adjoints[edge]
+
+    def _on_following_grid(self) -> Following:
+        if self._following is None:
+            about = LinearisedSolution.of(self._solution, "held", closed_form=False)
+            self._following = Following.of(about, self._output)
+        return self._following
+
+
+def _by(adjoint: Adjoint, path: str) -> float | np.ndarray:
+    """Derivative by an input: by a formula where there is one, else by a difference of the
+    Lagrangian.
+    """
+    solution = adjoint.about.solution
+    names = CREEPAGES if isinstance(solution.scene.motion, Steady) else SHIFTS
+    part, _, entry = path.partition(".")
+    if part == "motion" and entry in names:
+        return adjoint.by_creepage(names.index(entry))
+    if part == "motion" and entry in ("Fx", "Fy"):
+        return adjoint.by_force(("Fx", "Fy").index(entry))
+    if path == "friction":
+        each = adjoint.by_friction
+        return each if isinstance(solution.scene.friction, np.ndarray) else float(each.sum())
+    if path == "distance":
+        return adjoint.by_distance
+    if not adjoint.about.hertz and path == "normal_force":
+        return adjoint.by_normal_force
+    if not adjoint.about.hertz and path == "approach":
+        return adjoint.by_approach
+    return adjoint.along(*number_of(solution.scene, path))
+
+
+# --------------------------------------------------------------------------- checks
+
+
+def check_differentiable(solution: Solution) -> None:
+    """Refuse solutions without a gradient, by name."""
+    scene = solution.scene
+    if not solution.converged:
+        raise SceneError("solution", "not converged", "converged: derivatives are about a solution")
+    plan = solution.plan
+    if plan.theory is not None or plan.coupling == "johnson":
+        approximate = plan.tangential if plan.theory is not None else plan.coupling
+        raise SceneError("solution", approximate, "by an exact method: this one is approximate")
+    if not (scene.motion is None or isinstance(scene.motion, Steady | Shift)):
+        motion = type(scene.motion).__name__
+        raise SceneError("motion", motion, "Steady, Shift or none: histories have no gradient")
+    if isinstance(scene.friction, Law | FrictionBound):
+        law = type(scene.friction).__name__
+        raise SceneError("friction", law, "a number or a field: laws have no gradient")
+    without = {
+        "third_body": scene.third_body is not None,
+        "surface.inclination": scene.conformal,
+    }
+    for field, present in without.items():
+        if present:
+            raise SceneError(field, "given", "left out: the contact has no gradient with it")
+    if scene.bodies.relaxes:
+        raise SceneError("bodies", "viscoelastic", "elastic: others have no gradient")
+    if solution.pressure_on_parts is not None:
+        allowed = '"centres": pressures on parts of elements have no gradient'
+        raise SceneError("grid.edge", solution.grid.edge, allowed)
+    _check_stick(solution)
+
+
+def _check_stick(solution: Solution) -> None:
+    """Refuse full slip under a prescribed force: no creepage is unique."""
+    scene = solution.scene
+    motion = scene.motion
+    if motion is None or scene.frictionless:
+        return
+    prescribed = [name for name in ("Fx", "Fy") if getattr(motion, name) is not None]
+    if prescribed and solution.elements["stick"] == 0:
+        field = f"motion.{prescribed[0]}"
+        allowed = "less than friction bears: in full slip no derivative is defined"
+        raise SceneError(field, getattr(motion, prescribed[0]), allowed)
+
+
+def _check_output(solution: Solution, name: str, output: Output) -> None:
+    """Refuse outputs that the scene has not."""
+    motion = solution.scene.motion
+    if motion is None and output.needs_motion:
+        raise SceneError("output", name, "one of normal contact: the scene has no motion")
+    if isinstance(output, Creepage):
+        force = ("Fx", "Fy")[output.component]
+        if getattr(motion, force) is None:
+            raise SceneError("output", name, f"another one: it is prescribed, and {force} is not")
+
+
+def _check_input(solution: Solution, path: str) -> None:
+    """Refuse inputs that the scene has not, or that follow from others."""
+    scene = solution.scene
+    if path == "distance":
+        return
+    if path == "friction" and isinstance(scene.friction, np.ndarray):
+        return
+    part, _, entry = path.partition(".")
+    if part == "motion" and entry in ("Fx", "Fy"):
+        number_of(scene, path)
+        return
+    forced = {"vx": "Fx", "vy": "Fy", "ux": "Fx", "uy": "Fy"}
+    if part == "motion" and getattr(scene.motion, forced.get(entry, ""), None) is not None:
+        raise SceneError("by", path, f"another input: it follows from {forced[entry]}")
+    number_of(scene, path)
+
+
+# --------------------------------------------------------------------------- dataset
+
+
+def _dataset(
+    solution: Solution,
+    asked: _Asked,
+    derivatives: dict[str, np.ndarray],
+    errors: dict[str, np.ndarray] | None,
+) -> xr.Dataset:
+    """Values of the outputs and derivatives by input, with units and errors."""
+    import xarray as xr
+
+    grid = solution.grid
+    units = solution.scene.units or IN_WORDS
+    shift = isinstance(solution.scene.motion, Shift)
+    own = [units.of(each.unit, grid.line, shift) for each in asked.outputs.values()]
+    dataset = xr.Dataset(coords={"output": list(asked.outputs)})
+    for name, found in derivatives.items():
+        quotients = own
+        if name != "value":
+            below = units.of(quantity_of(asked.inputs[name]), grid.line, shift)
+            quotients = own if below == "1" else [f"({each})/({below})" for each in own]
+        attributes = {"units": "; ".join(quotients)}
+        dims = ("output", "y", "x") if found.ndim == 3 else ("output",)
+        dataset[name] = (dims, found, attributes)
+        if errors is not None and name in errors:
+            dataset[f"{name}_error"] = ("output", errors[name], attributes)
+    if "x" in dataset.dims:
+        dataset = dataset.assign_coords(x=grid.x, y=grid.y)
+    return dataset

@@ -1,0 +1,105 @@
+"""Inputs of a scene by name: numbers anywhere in it, and fields."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.gradients.adjoint import SceneOf
+from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS
+from varcontact.scene.scene import Scene
+
+OF_MOTION = (*CREEPAGES, *SHIFTS, "Fx", "Fy", "dq")
+"""Entries of the motion that need not be called ``motion.vx``."""
+SIDES = {"upper": 0, "lower": 1}
+"""Names of the entries of a pair."""
+QUANTITIES = {
+    "normal_force": "force",
+    "approach": "length",
+    "distance": "length",
+    "motion.vx": "creepage",
+    "motion.vy": "creepage",
+    "motion.spin": "spin creepage",
+    "motion.ux": "creepage",
+    "motion.uy": "creepage",
+    "motion.rotation": "spin creepage",
+    "motion.Fx": "force",
+    "motion.Fy": "force",
+    "motion.dq": "length",
+    "surface.Rx": "length",
+    "surface.Ry": "length",
+    "surface.R": "length",
+    "surface.a": "length",
+    "surface.b": "length",
+    "bodies.G": "pressure",
+}
+"""Quantities whose units inputs have; others are numbers without one."""
+
+
+def path_of(name: Any) -> str:
+    """The path of an input in its scene: ``motion.vx`` of vx."""
+    if not isinstance(name, str):
+        raise SceneError("by", name, 'names, as "vx" or "bodies.G"')
+    return f"motion.{name}" if name in OF_MOTION else name
+
+
+def quantity_of(path: str) -> str:
+    """Quantity whose unit an input has."""
+    whole = ".".join(part for part in path.split(".") if part not in SIDES)
+    return QUANTITIES.get(whole, "1")
+
+
+def number_of(scene: Scene, path: str) -> tuple[SceneOf, float]:
+    """A function from the value of a number to the scene with it, and the value."""
+    parts = path.split(".")
+    value = _entry(scene, path, parts)
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or not np.isfinite(value):
+        raise SceneError("by", path, f"a number of the scene; it is {value!r}")
+    return partial(_with_entry, scene, parts), float(value)
+
+
+def _entry(scene: Scene, path: str, parts: list[str]) -> Any:
+    """What stands at a path."""
+    owner: Any = scene
+    for part in parts:
+        if is_dataclass(owner):
+            names = [each.name for each in fields(owner)]
+            if part not in names:
+                raise SceneError("by", path, f"an input of the scene{checks.nearest(part, names)}")
+            owner = getattr(owner, part)
+            continue
+        place = _place(part)
+        if isinstance(owner, tuple | list) and place is not None and place < len(owner):
+            owner = owner[place]
+        elif not (part in SIDES and isinstance(owner, int | float)):
+            raise SceneError("by", path, "an input of the scene")
+    return owner
+
+
+def _place(part: str) -> int | None:
+    """Place in a pair or a list."""
+    if part in SIDES:
+        return SIDES[part]
+    return int(part) if part.isdigit() else None
+
+
+def _with_entry(owner: Any, parts: list[str], value: float) -> Any:
+    """An owner with a number at a path in it."""
+    if not parts:
+        return value
+    first, *rest = parts
+    if is_dataclass(owner):
+        inner = _with_entry(getattr(owner, first), rest, value)
+        return replace(owner, **{first: inner})  # type: ignore[type-var]
+    # a pair, or a number that stands for one
+    entries = list(owner) if isinstance(owner, tuple | list) else [owner, owner]
+    place = _place(first)
+    assert place is not None
+    entries[place] = _with_entry(entries[place], rest, value)
+    return tuple(entries)
