@@ -22,6 +22,7 @@ from .errors import (
     VarcontactError,
     WorkersLost,
 )
+from .gradients.outputs import Weighted
 from .interfaces.carried_friction import CarriedFriction
 from .interfaces.shear_strength import ShearStrength
 from .io.contact_input import read_contact_input
@@ -147,6 +148,7 @@ __all__ = [
     "Units",
     "VarcontactError",
     "Viscoelastic",
+    "Weighted",
     "Winkler",
     "WorkersLost",
     "benchmark_problems",

@@ -72,7 +72,7 @@ class LinearisedSolution:
         by_tractions = np.zeros((2, *shape)) + partial.traction / fields.compliance
         by_pressure = np.zeros(shape) + partial.pressure / fields.compliance
         by_rigid = np.array([partial.creepage[i] / fields.rolled for i in contact.free])
-        by_approach = -partial.approach if contact.has_load else 0.0
+        by_approach = -partial.approach * contact.has_load
         if contact.coupled:
             grown = (contact.areas.growing * by_tractions).sum(axis=0)
             found = contact.joint_multipliers(
@@ -163,19 +163,18 @@ class Adjoint:
         return -self._of_distance
 
     @property
-    def by_normal_force(self) -> float:
-        """By the prescribed normal force, where the pressure solves the grid's equations."""
-        return self.multipliers.load
-
-    @property
-    def by_approach(self) -> float:
-        """By the prescribed approach, where the pressure solves the grid's equations."""
+    def by_load(self) -> float:
+        """By the prescribed normal force, or approach, where the pressure solves the grid's
+        equations.
+        """
+        if self.about.contact.has_load:
+            return self.multipliers.load
         explicit = self.output.partial(self.about.fields).approach
         return explicit + float(self.multipliers.distance.sum())
 
     @lazy_property
     def _of_distance(self) -> np.ndarray:
-        """Multipliers of e; of a closed form those of the discrete problem that it nearly solves."""
+        """Multipliers of e; of a closed form those of the discrete problem beside it."""
         about = self.about
         if not about.hertz:
             return self.multipliers.distance
@@ -183,7 +182,7 @@ class Adjoint:
             allowed = 'on a grid whose edge is "centres"'
             raise SceneError("by", "distance", allowed)
         partial = self.output.partial(about.fields)
-        by_approach = -partial.approach if about.contact.has_load else 0.0
+        by_approach = -partial.approach * about.contact.has_load
         by_pressure = self.of_pressure / about.fields.compliance
         return about.contact.normal_multipliers(by_pressure, by_approach).distance
 

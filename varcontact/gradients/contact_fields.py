@@ -44,7 +44,9 @@ class ContactFields:
     def names(self) -> tuple[str, str, str]:
         """Names of the creepages, or of the components of the shift."""
         motion = self.scene.motion
-        return CREEPAGES if motion is None or motion.rolls else SHIFTS
+        if motion is None or motion.rolls:
+            return CREEPAGES
+        return SHIFTS
 
     @lazy_property
     def compliance(self) -> float:

@@ -59,7 +59,8 @@ class Following:
     def of(cls, about: LinearisedSolution, output: Output) -> Following:
         held = about.adjoint(output)
         by_grid = np.zeros(4)
-        for axis in (0,) if about.fields.disc.grid.line else (0, 1):
+        axes = range(2 - about.fields.disc.grid.line)
+        for axis in axes:
             by_grid[axis] = _by_grid(held, axis, stretched=True)
             by_grid[2 + axis] = _by_grid(held, axis, stretched=False)
         return cls(held, about.adjoint(Extent(by_grid)))
@@ -113,7 +114,7 @@ def _on_moved_grid(held: Adjoint, axis: int, step: float, stretched: bool) -> fl
     if isinstance(scene.surface, SampledDistance):
         distance = in_place(fields.disc.distance)
         depth = scene.surface.reference_depth
-        samples = distance[0] if grid.line else distance
+        samples = distance.reshape(scene.surface.samples.shape)
         entries["surface"] = SampledDistance(samples, reference_depth=depth)
     if isinstance(scene.friction, np.ndarray):
         entries["friction"] = in_place(np.broadcast_to(scene.friction, grid.shape))

@@ -10,7 +10,6 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.gradients.adjoint import Adjoint, LinearisedSolution
-from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS
 from varcontact.gradients.following import Following
 from varcontact.gradients.inputs import number_of, path_of, quantity_of
 from varcontact.gradients.outputs import Creepage, Output, output_of
@@ -25,6 +24,8 @@ from varcontact.system.process import one_blas_thread
 if TYPE_CHECKING:
     import xarray as xr
 
+FORCES = "Fx", "Fy"
+LOADS = "normal_force", "approach"
 EdgeName = Literal["auto", "held", "moving", "following"]
 """What the edge of the contact does as an input changes, see `Solution.gradient`."""
 
@@ -37,10 +38,11 @@ def gradient(
     checks.choice("edge", edge, get_args(EdgeName))
     checks.flag("error", error)
     check_differentiable(solution)
-    several = isinstance(output, list | tuple)
+    outputs = _listed(output)
+    inputs = _listed(by)
     asked = _Asked(
-        outputs=dict(output_of(each) for each in (output if several else [output])),
-        inputs={name: path_of(name) for name in ([by] if isinstance(by, str) else by)},
+        outputs=dict(output_of(each) for each in outputs),
+        inputs={name: path_of(name) for name in inputs},
         edge=edge,
     )
     asked.check(solution)
@@ -50,7 +52,16 @@ def gradient(
         coarse = asked.of(_on_half_the_elements(solution))
         errors = {name: np.abs(derivatives[name] - coarse[name]) for name in asked.scalars}
     dataset = _dataset(solution, asked, derivatives, errors)
-    return dataset if several else dataset.isel(output=0)
+    if outputs is output:
+        return dataset
+    return dataset.isel(output=0)
+
+
+def _listed(named: Any) -> Any:
+    """Names as a list: a list or tuple itself, one in a list."""
+    if isinstance(named, list | tuple):
+        return named
+    return [named]
 
 
 @dataclass(frozen=True)
@@ -128,15 +139,17 @@ class _Derivatives:
         """The edge by default: following where an input moves the contact as a whole, moving for
         distances, else held.
         """
-        if self._edge != "auto":
-            return self._edge
         solution = self._solution
+        if self._edge != "auto":
+            _check_edge(solution, self._edge, path)
+            return self._edge
         about = self._adjoint("held").about
         if not about.contact.moves or not self._output.needs_motion:
             return "held"
         if path == "distance":
-            return "moving" if isinstance(solution.scene.motion, Steady) else "held"
-        moved = path in ("normal_force", "approach") or path.startswith(("surface.", "bodies."))
+            _check_edge(solution, "moving", path)
+            return "moving"
+        moved = path in LOADS or path.startswith(("surface.", "bodies."))
         if moved and solution.grid.edge == "centres":
             return "following"
         return "held"
@@ -158,23 +171,22 @@ def _by(adjoint: Adjoint, path: str) -> float | np.ndarray:
     """Derivative by an input: by a formula where there is one, else by a difference of the
     Lagrangian.
     """
-    solution = adjoint.about.solution
-    names = CREEPAGES if isinstance(solution.scene.motion, Steady) else SHIFTS
+    scene = adjoint.about.solution.scene
     part, _, entry = path.partition(".")
-    if part == "motion" and entry in names:
-        return adjoint.by_creepage(names.index(entry))
-    if part == "motion" and entry in ("Fx", "Fy"):
-        return adjoint.by_force(("Fx", "Fy").index(entry))
-    if path == "friction":
-        each = adjoint.by_friction
-        return each if isinstance(solution.scene.friction, np.ndarray) else float(each.sum())
+    creepages = adjoint.about.fields.names
+    if part == "motion" and entry in creepages:
+        return adjoint.by_creepage(creepages.index(entry))
+    if part == "motion" and entry in FORCES:
+        return adjoint.by_force(FORCES.index(entry))
     if path == "distance":
         return adjoint.by_distance
-    if not adjoint.about.hertz and path == "normal_force":
-        return adjoint.by_normal_force
-    if not adjoint.about.hertz and path == "approach":
-        return adjoint.by_approach
-    return adjoint.along(*number_of(solution.scene, path))
+    if path == "friction":
+        if isinstance(scene.friction, np.ndarray):
+            return adjoint.by_friction
+        return float(adjoint.by_friction.sum())
+    if path in LOADS and not adjoint.about.hertz:
+        return adjoint.by_load
+    return adjoint.along(*number_of(scene, path))
 
 
 # --------------------------------------------------------------------------- checks
@@ -187,7 +199,9 @@ def check_differentiable(solution: Solution) -> None:
         raise SceneError("solution", "not converged", "converged: derivatives are about a solution")
     plan = solution.plan
     if plan.theory is not None or plan.coupling == "johnson":
-        approximate = plan.tangential if plan.theory is not None else plan.coupling
+        approximate = plan.coupling
+        if plan.theory is not None:
+            approximate = plan.tangential
         raise SceneError("solution", approximate, "by an exact method: this one is approximate")
     if not (scene.motion is None or isinstance(scene.motion, Steady | Shift)):
         motion = type(scene.motion).__name__
@@ -216,7 +230,7 @@ def _check_stick(solution: Solution) -> None:
     motion = scene.motion
     if motion is None or scene.frictionless:
         return
-    prescribed = [name for name in ("Fx", "Fy") if getattr(motion, name) is not None]
+    prescribed = [name for name in FORCES if getattr(motion, name) is not None]
     if prescribed and solution.elements["stick"] == 0:
         field = f"motion.{prescribed[0]}"
         allowed = "less than friction bears: in full slip no derivative is defined"
@@ -229,7 +243,7 @@ def _check_output(solution: Solution, name: str, output: Output) -> None:
     if motion is None and output.needs_motion:
         raise SceneError("output", name, "one of normal contact: the scene has no motion")
     if isinstance(output, Creepage):
-        force = ("Fx", "Fy")[output.component]
+        force = FORCES[output.component]
         if getattr(motion, force) is None:
             raise SceneError("output", name, f"another one: it is prescribed, and {force} is not")
 
@@ -242,13 +256,28 @@ def _check_input(solution: Solution, path: str) -> None:
     if path == "friction" and isinstance(scene.friction, np.ndarray):
         return
     part, _, entry = path.partition(".")
-    if part == "motion" and entry in ("Fx", "Fy"):
+    if part == "motion" and entry in FORCES:
         number_of(scene, path)
         return
     forced = {"vx": "Fx", "vy": "Fy", "ux": "Fx", "uy": "Fy"}
     if part == "motion" and getattr(scene.motion, forced.get(entry, ""), None) is not None:
         raise SceneError("by", path, f"another input: it follows from {forced[entry]}")
     number_of(scene, path)
+
+
+def _check_edge(solution: Solution, edge: EdgeName, path: str) -> None:
+    """Refuse a derivative that the grid, the slip difference or the input has not."""
+    motion = solution.scene.motion
+    if edge == "moving" and isinstance(motion, Steady) and motion.slip_difference != "first-order":
+        allowed = '"held", or slip_difference "first-order": the other reaches over two elements'
+        raise SceneError("edge", edge, allowed)
+    if edge == "following" and solution.grid.edge != "centres":
+        raise SceneError("edge", edge, '"held", or a grid whose edge is "centres"')
+    given_by_elements = path == "friction" and isinstance(solution.scene.friction, np.ndarray)
+    if edge == "following" and (path == "distance" or given_by_elements):
+        raise SceneError(
+            "edge", edge, f'"moving" or "held" by {path}, which moves no whole contact'
+        )
 
 
 # --------------------------------------------------------------------------- dataset
@@ -269,12 +298,14 @@ def _dataset(
     own = [units.of(each.unit, grid.line, shift) for each in asked.outputs.values()]
     dataset = xr.Dataset(coords={"output": list(asked.outputs)})
     for name, found in derivatives.items():
-        quotients = own
+        below = "1"
         if name != "value":
             below = units.of(quantity_of(asked.inputs[name]), grid.line, shift)
-            quotients = own if below == "1" else [f"({each})/({below})" for each in own]
+        quotients = own
+        if below != "1":
+            quotients = [f"({each})/({below})" for each in own]
         attributes = {"units": "; ".join(quotients)}
-        dims = ("output", "y", "x") if found.ndim == 3 else ("output",)
+        dims = ("output", "y", "x")[: found.ndim]
         dataset[name] = (dims, found, attributes)
         if errors is not None and name in errors:
             dataset[f"{name}_error"] = ("output", errors[name], attributes)

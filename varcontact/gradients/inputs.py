@@ -45,7 +45,9 @@ def path_of(name: Any) -> str:
     """The path of an input in its scene: ``motion.vx`` of vx."""
     if not isinstance(name, str):
         raise SceneError("by", name, 'names, as "vx" or "bodies.G"')
-    return f"motion.{name}" if name in OF_MOTION else name
+    if name in OF_MOTION:
+        return f"motion.{name}"
+    return name
 
 
 def quantity_of(path: str) -> str:
@@ -86,7 +88,9 @@ def _place(part: str) -> int | None:
     """Place in a pair or a list."""
     if part in SIDES:
         return SIDES[part]
-    return int(part) if part.isdigit() else None
+    if part.isdigit():
+        return int(part)
+    return None
 
 
 def _with_entry(owner: Any, parts: list[str], value: float) -> Any:
@@ -98,7 +102,9 @@ def _with_entry(owner: Any, parts: list[str], value: float) -> Any:
         inner = _with_entry(getattr(owner, first), rest, value)
         return replace(owner, **{first: inner})  # type: ignore[type-var]
     # a pair, or a number that stands for one
-    entries = list(owner) if isinstance(owner, tuple | list) else [owner, owner]
+    entries = [owner, owner]
+    if isinstance(owner, tuple | list):
+        entries = list(owner)
     place = _place(first)
     assert place is not None
     entries[place] = _with_entry(entries[place], rest, value)

@@ -79,7 +79,7 @@ class HeldAreas:
         return np.array([-self.along[1], self.along[0]])
 
     def within(self, fields: np.ndarray) -> np.ndarray:
-        """Parts of fields (2, ny, nx) that are free: both where it sticks, across where it slips."""
+        """Free parts of fields (2, ny, nx): both where it sticks, across where it slips."""
         across = self.across
         free: np.ndarray = self.stick * fields + across * (across * fields).sum(axis=0)
         return free

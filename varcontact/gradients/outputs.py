@@ -11,7 +11,6 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.elasticity.operators import GridOperator
-from varcontact.errors import SceneError
 from varcontact.gradients.contact_fields import ContactFields
 
 Weight = float | np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -192,8 +191,11 @@ class ContactArea(Output):
         """
         pressure = fields.pressure
         total = pressure.sum()
-        factors = (4.0 * 4.0,) if fields.disc.grid.line else (5.0 * np.pi, 5.0 * np.pi)
-        squared, slopes = [], []
+        factors = [5.0 * np.pi, 5.0 * np.pi]
+        if fields.disc.grid.line:
+            factors = [4.0 * 4.0]
+        squared = []
+        slopes = []
         for factor, along in zip(factors, fields.places, strict=False):
             middle = (pressure * along).sum() / total
             variance = (pressure * (along - middle) ** 2).sum() / total
@@ -235,7 +237,7 @@ class FrictionPower(Output):
         return Partial(pressure, traction, self._by_creepage(fields))
 
     def _slip(self, fields: ContactFields) -> np.ndarray:
-        """Rigid slip at the centres, the mean over a path; and that by pressures of unlike bodies."""
+        """Slip at the centres, the mean over a path: rigid, and by pressures of unlike bodies."""
         x, y = fields.places
         vx, vy, spin = fields.creepage
         slip = np.array([vx - spin * y, vy + spin * x])
@@ -280,6 +282,5 @@ def output_of(named: str | Output) -> tuple[str, Output]:
     """An output with its name."""
     if isinstance(named, Output):
         return getattr(named, "name", type(named).__name__), named
-    if named not in OUTPUTS:
-        raise SceneError("output", named, checks.any_of(OUTPUTS))
-    return named, OUTPUTS[named]
+    name = checks.choice("output", named, OUTPUTS)
+    return name, OUTPUTS[name]

@@ -1,0 +1,304 @@
+"""Gradients of solutions: against differences of solutions, closed forms and the continuum."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.errors import SceneError
+from varcontact.gradients.adjoint import LinearisedSolution
+from varcontact.gradients.outputs import OUTPUTS, output_of
+
+GRID = vc.Grid(nx=14, ny=14, dx=0.2, dy=0.2, x0=-1.4, y0=-1.37)
+LIKE = vc.Bodies(G=1.0, nu=0.28)
+UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.2, 0.3))
+COATED = vc.BodyPair(vc.Layered([vc.Layer(0.4, 2.0, 0.3)], base=(1.0, 0.28)), LIKE)
+ROLLING = vc.Steady(vx=4e-4, vy=3e-4, spin=6e-4)
+EXACT = {"tol": 1e-12, "certify": None}
+STEP = 1e-6
+
+
+def contact(bodies=LIKE, motion=ROLLING, **more):
+    """A contact whose pressure solves the equations of its grid."""
+    entries = {
+        "surface": vc.Paraboloids(100.0, 90.0),
+        "normal_force": 0.02,
+        "friction": 0.3,
+        "grid": GRID,
+    }
+    return vc.Scene(bodies=bodies, motion=motion, **entries | more)
+
+
+def solved(scene):
+    normal = "auto" if scene.coupled else "norm"
+    return vc.solve(scene, normal=normal, **EXACT)
+
+
+def value(scene, name):
+    """An output of a scene, by the fields alone."""
+    about = LinearisedSolution.of(solved(scene), "held")
+    return output_of(name)[1].value(about.fields)
+
+
+def difference(scene_of, at, name):
+    """Central difference of an output."""
+    above = value(scene_of(at * (1 + STEP)), name)
+    below = value(scene_of(at * (1 - STEP)), name)
+    return (above - below) / (2 * STEP * at)
+
+
+SCENES = {
+    "creepage": contact(),
+    "force": contact(motion=vc.Steady(Fx=0.003, vy=3e-4, spin=6e-4)),
+    "second order": contact(motion=ROLLING.second_order()),
+    "unlike": contact(UNLIKE),
+    "unlike, force": contact(UNLIKE, vc.Steady(Fx=0.003, vy=3e-4)),
+    "shift": contact(motion=vc.Shift(ux=2e-3, uy=1e-3)),
+    "unlike shift": contact(UNLIKE, vc.Shift(ux=2e-3, uy=1e-3)),
+    "coated": contact(COATED),
+    "approach": contact(normal_force=None, approach=0.008),
+}
+
+
+@pytest.mark.parametrize("kind", SCENES)
+@pytest.mark.parametrize("output", ["Fx", "Mz", "friction_work"])
+def test_gradients_are_differences_of_solutions_within_a_pattern(kind, output):
+    """Derivatives with held areas, exact while no element changes its state."""
+    scene = SCENES[kind]
+    load = "normal_force" if scene.approach is None else "approach"
+    inputs = {
+        load: lambda v: replace(scene, **{load: v}),
+        "friction": lambda v: replace(scene, friction=v),
+        "surface.Ry": lambda v: replace(scene, surface=vc.Paraboloids(100.0, v)),
+    }
+    at = {load: getattr(scene, load), "friction": 0.3, "surface.Ry": 90.0}
+    if output == "Fx" and scene.motion.Fx is not None:
+        output = "vx"
+    found = solved(scene).gradient(output, tuple(inputs), edge="held")
+    for name, scene_of in inputs.items():
+        expected = difference(scene_of, at[name], output)
+        scale = abs(float(found.value) / at[name])
+        assert float(found[name]) == pytest.approx(expected, rel=2e-6, abs=2e-7 * scale)
+
+
+@pytest.mark.parametrize("kind", ["creepage", "unlike", "shift"])
+def test_gradients_by_fields(kind):
+    """A random change of the distance and of the friction of each element."""
+    rng = np.random.default_rng(3)
+    plain = SCENES[kind]
+    x, y = np.meshgrid(GRID.x, GRID.y)
+    distance = x**2 / 200 + y**2 / 180
+    friction = np.full(GRID.shape, 0.3) + 0.02 * rng.random(GRID.shape)
+    scene = replace(plain, surface=vc.SampledDistance(distance), friction=friction)
+    found = solved(scene).gradient("Fx", ("distance", "friction"), edge="held")
+    way = rng.standard_normal(GRID.shape)
+    of_distance = difference(
+        lambda s: replace(scene, surface=vc.SampledDistance(distance + (s - 1) * 1e-3 * way)),
+        1.0,
+        "Fx",
+    )
+    of_friction = difference(
+        lambda s: replace(scene, friction=friction + (s - 1) * 100 * way), 1.0, "Fx"
+    )
+    assert float((found.distance * way).sum()) * 1e-3 == pytest.approx(of_distance, rel=1e-5)
+    assert float((found.friction * way).sum()) * 100 == pytest.approx(of_friction, rel=1e-5)
+    assert found.distance.dims == ("y", "x")
+
+
+def test_gradients_by_each_body_and_its_layer():
+    """Numbers of one body, and of a layer, by their paths."""
+    scene = SCENES["unlike"]
+
+    def stiffer(v):
+        return replace(scene, bodies=vc.Bodies(G=(1.0, v), nu=(0.2, 0.3)))
+
+    found = solved(scene).gradient("Fy", "bodies.G.lower", edge="held")
+    assert float(found["bodies.G.lower"]) == pytest.approx(difference(stiffer, 3.0, "Fy"), rel=1e-5)
+
+
+def test_gradients_in_line_contact():
+    """Cylinders with creepage: Fx by creepage, friction and load."""
+    scene = vc.Scene(
+        bodies=LIKE,
+        surface=vc.Cylinders(100.0),
+        normal_force=0.02,
+        friction=0.3,
+        motion=vc.Steady(vx=1e-3),
+        grid=vc.Grid(nx=40, dx=0.1, x0=-2.03),
+    )
+    found = solved(scene).gradient("Fx", ("vx", "friction", "normal_force"), edge="held")
+    changed = {
+        "vx": (lambda v: replace(scene, motion=vc.Steady(vx=v)), 1e-3),
+        "friction": (lambda v: replace(scene, friction=v), 0.3),
+        "normal_force": (lambda v: replace(scene, normal_force=v), 0.02),
+    }
+    for name, (scene_of, at) in changed.items():
+        assert float(found[name]) == pytest.approx(difference(scene_of, at, "Fx"), rel=1e-5)
+
+
+def test_normal_contact_has_hertz_derivatives():
+    """approach ~ N^(2/3) and p_0 ~ N^(1/3)."""
+    scene = replace(SCENES["creepage"], motion=None, friction=None, grid=vc.Grid(nx=30, ny=30))
+    sol = vc.solve(scene, normal="norm")
+    found = sol.gradient(["approach", "peak_pressure", "contact_area"], "normal_force")
+    power = found.normal_force * 0.02 / found.value
+    assert np.allclose(power, [2 / 3, 1 / 3, 2 / 3], atol=0.02)
+
+
+def test_in_full_slip_force_is_friction_times_load():
+    scene = contact(motion=vc.Steady(vx=0.5))
+    found = solved(scene).gradient("Fx", ("friction", "normal_force", "vx"), edge="held")
+    assert float(found.friction) == pytest.approx(-0.02, rel=1e-6)
+    assert float(found.normal_force) == pytest.approx(-0.3, rel=1e-6)
+    assert abs(float(found.vx)) < 1e-6
+
+
+def test_creepages_as_sensitivity_has_them():
+    """Two derivations of the same derivatives, of like and of unlike bodies."""
+    for kind in ("creepage", "unlike", "shift"):
+        sol = solved(SCENES[kind])
+        names = ("vx", "vy", "spin") if kind != "shift" else ("ux", "uy", "rotation")
+        found = sol.gradient(["Fx", "Fy"], names)
+        own = np.array([found[name] for name in names]).T
+        expected = sol.sensitivity()
+        assert np.allclose(own, expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
+
+
+def test_a_grid_that_follows_has_the_derivative_of_the_continuum_by_load():
+    """Without slip Fx by creepage grows as N^(2/3); with held areas it would not change at all."""
+    grid = vc.Grid(nx=26, ny=26, dx=0.1, dy=0.1, x0=-1.3, y0=-1.27)
+    sol = solved(contact(friction=np.inf, motion=vc.Steady(vx=4e-4), grid=grid))
+    following = float(sol.gradient("Fx", "normal_force").normal_force)
+    held = float(sol.gradient("Fx", "normal_force", edge="held").normal_force)
+    assert following * 0.02 / sol.Fx == pytest.approx(2 / 3, abs=0.02)
+    assert abs(held * 0.02 / sol.Fx) < 1e-6
+
+
+def test_following_is_near_differences_of_grids_that_follow():
+    """Partial slip: differences over 10 % of the load on grids that move with the contact."""
+    fine = contact(motion=ROLLING.second_order(), grid=vc.Grid(nx=40, ny=40))
+    forces = [vc.solve(replace(fine, normal_force=N), certify="none").Fx for N in (0.019, 0.021)]
+    expected = (forces[1] - forces[0]) / 0.002
+    coarse = solved(replace(fine, grid=GRID))
+    found = coarse.gradient("Fx", "normal_force", error=True)
+    assert float(found.normal_force) == pytest.approx(expected, rel=0.04)
+    assert abs(float(found.normal_force) - expected) < float(found.normal_force_error)
+
+
+def test_a_moving_edge_sums_to_the_load_of_a_following_grid():
+    """A uniform distance less an approach is a load: both derivatives are the continuum's."""
+    scene = contact(
+        normal_force=None,
+        approach=0.0085,
+        grid=vc.Grid(nx=40, ny=40, dx=0.07, dy=0.07, x0=-1.4, y0=-1.38),
+    )
+    sol = solved(scene)
+    moving = -float(sol.gradient("Fx", "distance").distance.sum())
+    held = -float(sol.gradient("Fx", "distance", edge="held").distance.sum())
+    following = float(sol.gradient("Fx", "approach").approach)
+    assert moving == pytest.approx(following, rel=0.08)
+    assert abs(moving - following) < abs(held - following)
+
+
+def test_units_change_nothing():
+    """Lengths in thousandths, forces in hundreds."""
+    own = solved(SCENES["creepage"]).gradient("Mz", ("normal_force", "surface.Rx"))
+    grid = vc.Grid(nx=14, ny=14, dx=200.0, dy=200.0, x0=-1400.0, y0=-1370.0)
+    scene = contact(
+        vc.Bodies(G=1e-8, nu=0.28),
+        replace(ROLLING, spin=6e-7),
+        surface=vc.Paraboloids(1e5, 9e4),
+        normal_force=2e-4,
+        grid=grid,
+    )
+    other = solved(scene).gradient("Mz", ("normal_force", "surface.Rx"))
+    assert float(other.normal_force) == pytest.approx(1e3 * float(own.normal_force), rel=1e-6)
+    assert float(other["surface.Rx"]) == pytest.approx(1e-2 * float(own["surface.Rx"]), rel=1e-6)
+
+
+def test_a_weighted_output_is_any_linear_functional():
+    scene = SCENES["force"]
+    left = vc.Weighted(pressure=lambda x, y: x < 0, traction=(1.0, 0.5), name="left")
+    sol = solved(scene)
+    found = sol.gradient([left, "vx"], "normal_force", edge="held")
+    scene_of = lambda v: replace(scene, normal_force=v)  # noqa: E731
+    assert list(found.output.values) == ["left", "vx"]
+    expected = [difference(scene_of, 0.02, left), difference(scene_of, 0.02, "vx")]
+    assert np.allclose(found.normal_force, expected, rtol=2e-6)
+
+
+def test_a_dataset_has_units():
+    scene = replace(SCENES["creepage"], units=vc.MM_N)
+    found = solved(scene).gradient("Fx", ("vx", "normal_force", "bodies.G", "distance"))
+    assert found.vx.units == "N"
+    assert found.normal_force.units == "(N)/(N)"
+    assert found["bodies.G"].units == "(N)/(N/mm^2)"
+    assert found.distance.units == "(N)/(mm)"
+    assert np.allclose(found.x, GRID.x)
+
+
+@pytest.mark.parametrize(
+    ("scene", "output", "by", "words"),
+    [
+        ("creepage", "Fz", "vx", "output"),
+        ("creepage", "vx", "normal_force", "prescribed"),
+        ("force", "vx", "vx", "follows from Fx"),
+        ("creepage", "Fx", "surface.Rz", "did you mean Ry"),
+        ("creepage", "Fx", "approach", "number"),
+        ("creepage", "Fx", "motion.Fx", "number"),
+        ("creepage", "Fx", (), "by"),
+        ("creepage", "Fx", 3, "by"),
+        ("creepage", "Fx", "bodies.G.middle", "by"),
+    ],
+)
+def test_what_the_scene_has_not(scene, output, by, words):
+    with pytest.raises(SceneError, match=words):
+        solved(SCENES[scene]).gradient(output, by)
+
+
+def test_solutions_without_a_gradient():
+    with pytest.raises(SceneError, match="laws have no gradient"):
+        vc.solve(contact(friction=vc.StaticKinetic(0.4, 0.3))).gradient("Fx", "vx")
+    with pytest.raises(SceneError, match="exact method"):
+        vc.solve(SCENES["creepage"], tangential="fastsim").gradient("Fx", "vx")
+    sticking = solved(SCENES["creepage"])
+    slipping = replace(
+        sticking,
+        state=np.where(sticking.state == 1, 2, sticking.state),
+        scene=replace(sticking.scene, motion=vc.Steady(Fx=0.003)),
+    )
+    with pytest.raises(SceneError, match="full slip no derivative"):
+        slipping.gradient("Fy", "friction")
+    with pytest.raises(SceneError, match="first-order"):
+        solved(SCENES["second order"]).gradient("Fx", "distance")
+    with pytest.raises(SceneError, match="moves no whole contact"):
+        solved(SCENES["creepage"]).gradient("Fx", "distance", edge="following")
+    with pytest.raises(SceneError, match="no motion"):
+        vc.solve(contact(motion=None, friction=None)).gradient("Fx", "normal_force")
+
+
+def test_every_output_has_a_value_and_derivatives_by_its_fields():
+    """Partial derivatives against differences of the output itself."""
+    about = LinearisedSolution.of(solved(SCENES["unlike, force"]), "held")
+    fields = about.fields
+    rng = np.random.default_rng(0)
+    for name, output in OUTPUTS.items():
+        partial = output.partial(fields)
+        way = rng.standard_normal(GRID.shape) * fields.pressure
+        turned = rng.standard_normal((2, *GRID.shape)) * np.abs(fields.traction)
+        step = 1e-6
+        above, below = (
+            output.value(
+                replace(
+                    fields,
+                    pressure=fields.pressure + sign * step * way,
+                    traction=fields.traction + sign * step * turned,
+                )
+            )
+            for sign in (1, -1)
+        )
+        expected = np.sum(partial.pressure * way) + np.sum(partial.traction * turned)
+        if name == "peak_pressure":
+            continue  # the largest of several is no smooth function
+        assert (above - below) / (2 * step) == pytest.approx(float(expected), rel=1e-6, abs=1e-12)
