@@ -243,8 +243,7 @@ class Adjoint:
         """Residuals of the tangential problem, weighted by their multipliers."""
         scene = fields.scene
         areas = self.about.contact.areas
-        friction = np.nan_to_num(np.broadcast_to(scene.friction, areas.slip.shape), posinf=0.0)
-        excess = (areas.along * fields.traction).sum(axis=0) - friction * fields.pressure
+        excess = (areas.along * fields.traction).sum(axis=0) - fields.friction * fields.pressure
         total = float((self.multipliers.shift * fields.local_shift).sum())
         total += float((self.of_bound * excess).sum())
         for row, component in enumerate(self.about.contact.free):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.system.process import lazy_property
 
@@ -85,11 +87,19 @@ class ContactFields:
     def rigid_shift(self) -> np.ndarray:
         """W, with the creepages that forces gave, (2, ny, nx)."""
         motion = self.disc.loading.motion
-        rigid = dict(zip(self.names, map(float, self.creepage), strict=True))
+        rigid: dict[str, Any] = dict(zip(self.names, map(float, self.creepage), strict=True))
         if self.disc.grid.line:
             del rigid[self.names[2]]
+        assert isinstance(motion, Steady | Shift)
         known = replace(motion, Fx=None, Fy=None, **rigid)
         return self.disc.with_loading(motion=known).rigid_shift * self.disc.scales.displacement
+
+    @lazy_property
+    def friction(self) -> np.ndarray:
+        """Coefficient of friction, (ny, nx); zero without slip, where nothing is at its bound."""
+        given: Any = self.scene.friction
+        coefficient = np.broadcast_to(np.asarray(given, float), self.disc.grid.shape)
+        return np.nan_to_num(coefficient, posinf=0.0)
 
     @property
     def _has_tractions(self) -> bool:

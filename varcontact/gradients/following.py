@@ -94,7 +94,7 @@ def _on_moved_grid(held: Adjoint, axis: int, step: float, stretched: bool) -> fl
     side = ("dx", "dy")[axis]
     corner = ("x0", "y0")[axis]
     first = getattr(grid, corner)
-    changes: dict[str, float] = {corner: first + step}
+    changes: dict[str, Any] = {corner: first + step}
     shift: np.ndarray | float = step
     if stretched:
         changes = {

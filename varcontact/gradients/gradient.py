@@ -103,7 +103,7 @@ def _on_half_the_elements(solution: Solution) -> Solution:
     if isinstance(scene.friction, np.ndarray) or isinstance(scene.surface, SampledDistance):
         allowed = "False: values of each element are given, and there are no larger elements"
         raise SceneError("error", True, allowed)
-    sides = {"nx": (grid.nx + 1) // 2, "dx": 2 * grid.sides[0]}
+    sides: dict[str, Any] = {"nx": (grid.nx + 1) // 2, "dx": 2 * grid.sides[0]}
     if not grid.line:
         sides |= {"ny": (grid.rows + 1) // 2, "dy": 2 * grid.sides[1]}
     motion = scene.motion

@@ -70,8 +70,7 @@ class HeldAreas:
         size = np.where(slip, np.hypot(*solution.traction), 1.0)
         along = np.where(slip, solution.traction / size, 0.0)
         turning = np.hypot(*fields.local_shift) * slip / size / fields.compliance
-        friction = np.nan_to_num(np.broadcast_to(scene.friction, shape), posinf=0.0)
-        return cls(contact, stick, slip, along, turning, along * friction)
+        return cls(contact, stick, slip, along, turning, along * fields.friction)
 
     @property
     def across(self) -> np.ndarray:
