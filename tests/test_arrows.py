@@ -38,6 +38,9 @@ BACK = {
     ("plotting.studies", "study.convergence"),
     ("plotting.studies", "study.tradeoff"),
     ("scene.scene", "io.scene_toml"),  # a scene writes itself to a file
+    # a solution has its gradient, whose error takes another solution
+    ("results.solution", "gradients.gradient"),
+    ("results.solution", "gradients.outputs"),
 }
 """Imports against the order that may stay: in a function, or for types only."""
 
