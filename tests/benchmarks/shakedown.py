@@ -13,7 +13,8 @@ from tests.plasticity.fields import ellipse, line, mcewen
 from tests.plasticity.march import marched
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet, johnson_diagram
 
-FRICTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+FRICTIONS = (0.0, 0.1, 0.2, 0.3, 0.3672, 0.4, 0.5)
+"""Of line contacts; at 0.3672 both branches meet in an incompressible body."""
 HERTZ = {
     (1, 1): (0.0, 0.1, 0.2, 0.3, 0.5),
     (1, 2): (0.0, 0.2, 0.4),
@@ -50,7 +51,7 @@ def line_limits(quick: bool) -> Table:
         "f", "nu = 0.3", "depth / a", "kinematic", "nu = 0.5", "by 200 strips, nu = 0.3", "1/f",
     )  # fmt: skip
     pair = "{:.4f} - {:.4f}"
-    return Table(head, (".1f", pair, ".3f", "{:.3f} - {:.3f}", pair, pair, ".3f"), rows)
+    return Table(head, ("g", pair, ".3f", "{:.3f} - {:.3f}", pair, pair, ".3f"), rows)
 
 
 def _row(name: str, solution: object, k: float, **options: object) -> list[object]:

@@ -10,11 +10,14 @@ from tests.plasticity.fields import ellipse, line, mcewen
 from tests.plasticity.march import marched
 from varcontact.errors import NotConverged, SceneError
 from varcontact.plasticity.balls import ANY, AXIAL, smallest_balls
+from varcontact.plasticity.half_plane import HalfPlane
 from varcontact.plasticity.koiter import flow_mesh, upper_bound
 from varcontact.plasticity.limits import of_half_the_elements
+from varcontact.plasticity.line_contact import line_limit, line_passage, with_proof
 from varcontact.plasticity.melan import lower_bound
 from varcontact.plasticity.passage import _layer as stress_layer
-from varcontact.plasticity.passage import coordinates, loaded_part, passage
+from varcontact.plasticity.passage import coordinates, loaded_part, passage, yield_strength
+from varcontact.plasticity.proof import Proof
 from varcontact.plasticity.residual_stress import ResidualSpace
 from varcontact.results.stress import BodyField
 
@@ -302,3 +305,92 @@ def test_solutions_without_a_limit(sliding):
         vc.shakedown(stuck, 1.0)
     with pytest.raises(SceneError, match="solution"):
         vc.shakedown("contact", 1.0)
+
+
+# ----------------------------------------------------------------------- proofs of line contacts
+
+
+def of_line(sol, beyond=60):
+    load, grid = loaded_part(sol, 2)
+    return HalfPlane.of(load[:, 0], grid.sides[0], sol.scene.bodies.combined_nu, beyond), grid
+
+
+@pytest.fixture(scope="module")
+def along_and_across():
+    """A line contact with all three tractions."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Cylinders(R=1.0),
+        normal_force=0.9,
+        friction=0.4,
+        motion=vc.Steady(vx=0.05, vy=0.1),
+        grid=vc.Grid(nx=60, tractions="linear"),
+    )
+    return vc.solve(scene)
+
+
+def test_closed_field_of_linear_tractions(along_and_across):
+    field, grid = of_line(along_and_across)
+    x = grid.x[0] + field.step * np.arange(-60, grid.nx + 60)
+    for depth in (0.5 * field.step, 4 * field.step):
+        points = np.array([x, 0 * x, np.full(x.shape, -depth)])
+        stress = vc.stress(along_and_across, points, "lower").stress
+        mirrored = np.array([1.0, 1.0, 1.0, -1.0, -1.0])
+        assert field.curve(depth) == pytest.approx(coordinates(stress) * mirrored, abs=3e-5)
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.05, 0.5, 3.0])
+def test_bounds_between_samples_hold(along_and_across, depth):
+    field, _ = of_line(along_and_across)
+    depth *= field.step
+    ahead = 0.1 * depth
+
+    def stress(given):
+        mean, slope = given.stress(depth)
+        return mean + (depth + ahead) * slope if depth else mean
+
+    coarse = stress(field)
+    fine = stress(field.finer().finer().finer())
+    bound = field.between(depth, ahead)[:-1]
+    for part in range(1, 8):
+        linear = (1 - part / 8) * coarse[:-1] + part / 8 * coarse[1:]
+        apart = np.linalg.norm(fine[part::8][: len(linear)] - linear, axis=1)
+        assert (apart <= bound).all()
+
+
+@pytest.mark.parametrize("f", [0.0, 0.2, 0.4])
+def test_lower_bounds_of_lines_are_proved(f):
+    """No stress at random places, beside and between the samples, is above the proved one."""
+    sol = line(f, n=60)
+    strength = yield_strength(0.5 / 0.7, 1.0)
+    passage = line_passage(sol, 2)
+    limit = with_proof(passage, strength, line_limit(passage, strength, "none"))
+    assert limit.proved
+    assert 0.985 * limit.upper < limit.lower < limit.sampled * (1 + 1e-12)
+    proof = Proof(passage.field, strength, limit.depths, limit.centres, passage.unit)
+    enough = 1.002 / limit.upper
+    layers = sorted(proof.layers(enough), key=lambda layer: layer.top)
+    assert [each.end for each in layers[:-1]] == [each.top for each in layers[1:]]
+    fine = replace(passage.field, parts=5)
+    rng = np.random.default_rng(1)
+    largest = 0.0
+    for layer in layers[:: max(1, len(layers) // 60)]:
+        depth = float(rng.uniform(layer.top, layer.end))
+        middle = proof.centre((layer.top + layer.end) / 2)
+        size = np.linalg.norm(fine.curve(depth) / (0.5 / 0.7) - middle, axis=1).max()
+        assert size <= layer.radius
+        largest = max(largest, size)
+    assert largest > 0.97 / limit.upper
+
+
+def test_the_branches_of_line_contact_cross_at_johnsons_friction():
+    """Below the surface 1/max|sxz|, at the surface 1/f: both at f = 0.3672 (Johnson: 0.367)."""
+    below, crossing, above = (
+        vc.shakedown(line(f, 0.5, n=20), 1.0, elastic=mcewen(f, 0.5))
+        for f in (0.366, 0.3672, 0.3685)
+    )
+    assert below.depth > 0.3
+    assert below.upper < 0.999 / 0.366
+    assert crossing.upper == pytest.approx(1 / 0.3672, rel=1e-4)
+    assert above.depth == 0
+    assert above.upper == pytest.approx(1 / 0.3685, rel=1e-6)

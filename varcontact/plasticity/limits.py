@@ -14,7 +14,7 @@ from varcontact.errors import NotConverged, SceneError
 from varcontact.html import Reported
 from varcontact.plasticity.balls import NET_STRAIN, Families, Mechanism, families, mechanisms
 from varcontact.plasticity.koiter import FlowField, flow_mesh, upper_bound
-from varcontact.plasticity.line_contact import LineLimit, line_limit, line_passage
+from varcontact.plasticity.line_contact import LineLimit, line_limit, line_passage, with_proof
 from varcontact.plasticity.melan import LowerBound, lower_bound
 from varcontact.plasticity.passage import (
     ElasticStress,
@@ -84,7 +84,10 @@ class Shakedown(Reported):
         Bounds on the load factor, by Melan's and Koiter's theorems: at a factor below `lower` the
         body shakes down, above `upper` it does not.
     sampled : float
-        The lower bound at the samples of the passage; in `lower`, what may lie between them is
+        The lower bound at the samples of the passage.
+    proved : bool
+        True where `lower`, and the lower bound with kinematic hardening, are proved between the
+        samples, too: in line contact of half-spaces. Elsewhere what may lie between them is
         estimated by second differences.
     elastic : float
         Load factor at first yield.
@@ -135,6 +138,7 @@ class Shakedown(Reported):
     lower: float
     upper: float
     sampled: float
+    proved: bool
     elastic: float
     kinematic: tuple[float, float]
     mode: Mode
@@ -324,10 +328,10 @@ def _of_line(
 ) -> Shakedown:
     """The limit by depth; field_error by half the strips."""
     line = line_passage(solution, side, elastic)
-    limit = line_limit(line, strength, hardening)
+    limit = with_proof(line, strength, line_limit(line, strength, hardening))
     kinematic = limit
     if hardening == "none":
-        kinematic = line_limit(line, strength, "kinematic")
+        kinematic = with_proof(line, strength, line_limit(line, strength, "kinematic"))
     error = math.nan
     if elastic is None:
         half = line_passage(of_half_the_elements(solution), side)
@@ -338,6 +342,7 @@ def _of_line(
         lower=limit.lower,
         upper=limit.upper,
         sampled=limit.sampled,
+        proved=limit.proved,
         elastic=limit.elastic,
         kinematic=(kinematic.lower, kinematic.upper),
         mode=_mode_of_line(limit, kinematic, line.unit),
@@ -444,6 +449,7 @@ def _of_point(solution: Solution, side: int, strength: Strength, search: Search)
         lower=found.lower,
         upper=found.upper,
         sampled=found.sampled,
+        proved=False,
         elastic=found.families.elastic,
         kinematic=kinematic,
         mode=found.mode,

@@ -5,11 +5,12 @@ its own limit, the smallest ball about its curve; the least of all is the limit 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from varcontact.plasticity.balls import ANY, FINE_STEPS, IN_PLANE, Balls, smallest_balls
+from varcontact.plasticity.half_plane import HalfPlane
 from varcontact.plasticity.passage import (
     NEAR_SURFACE,
     ElasticStress,
@@ -19,6 +20,7 @@ from varcontact.plasticity.passage import (
     into_body,
     loaded_part,
 )
+from varcontact.plasticity.proof import TOLERANCE, Proof
 from varcontact.plasticity.remainder import excess
 from varcontact.results.solution import Solution
 from varcontact.results.stress import BodyField
@@ -29,6 +31,8 @@ ELEMENTS = 200
 """Strips across the contact at least: coarser ones are divided."""
 AHEAD = 6.0
 """Length of the passage before and behind the contact, in half-widths."""
+AHEAD_OF_PROOF = 3.0
+"""The same for a proof, which bounds what is farther away."""
 DEPTHS = np.concatenate([[0.0], np.geomspace(2e-3, 3.0, 80)])
 """Depths of the first search, in half-widths."""
 FINE_DEPTHS = 21
@@ -58,6 +62,8 @@ class LineLimit:
         All depths [length].
     centres : ndarray, shape (n, 5)
         Negative residual stresses at the load factor 1, by the yield stress.
+    proved : bool
+        True where the lower bound is proved between samples, too.
     """
 
     lower: float
@@ -70,6 +76,7 @@ class LineLimit:
     elastic: float
     depths: np.ndarray
     centres: np.ndarray
+    proved: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +93,15 @@ class LinePassage:
         Coordinates (nz, nx, 5) of stress at depths (nz,).
     known : dict
         Those (nx, 5) by depth.
+    field : HalfPlane or None
+        Field of a half-space, whose stresses between samples can be bounded.
     """
 
     x: np.ndarray
     unit: float
     compute: Curves
     known: dict[float, np.ndarray]
+    field: HalfPlane | None = None
 
     def at(self, depths: np.ndarray) -> np.ndarray:
         """Coordinates (nz, nx, 5) at depths."""
@@ -115,8 +125,31 @@ def line_passage(
     load, grid = divided(load, grid, max(1, -(-ELEMENTS // grid.nx)))
     beyond = int(np.ceil(AHEAD * unit / grid.sides[0]))
     x = grid.x[0] + grid.sides[0] * np.arange(-beyond, grid.nx + beyond)
-    curves = _strip_curves(BodyField(solution, side), load, grid, beyond)
-    return LinePassage(x, unit, curves, {})
+    body = BodyField(solution, side)
+    if body.layered:
+        return LinePassage(x, unit, _strip_curves(body, load, grid, beyond), {})
+    field = HalfPlane.of(load[:, 0], grid.sides[0], body.constants["nu"], beyond)
+    return LinePassage(x, unit, _closed_curves(field), {}, field)
+
+
+def _closed_curves(field: HalfPlane) -> Curves:
+    """Curves of a half-space."""
+
+    def curves(depths: np.ndarray) -> np.ndarray:
+        return np.stack([field.curve(float(depth)) for depth in depths])
+
+    return curves
+
+
+@one_blas_thread()
+def with_proof(line: LinePassage, strength: Strength, limit: LineLimit) -> LineLimit:
+    """The limit with a lower bound that is proved between samples, too, where that is possible."""
+    if line.field is None:
+        return limit
+    beyond = int(np.ceil(AHEAD_OF_PROOF * line.unit / line.field.spacing))
+    field = replace(line.field, beyond=beyond)
+    proof = Proof(field, strength, limit.depths, limit.centres, line.unit)
+    return replace(limit, lower=1 / proof.radius((1 + TOLERANCE) / limit.upper), proved=True)
 
 
 @one_blas_thread()

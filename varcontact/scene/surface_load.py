@@ -121,7 +121,7 @@ class SurfaceLoad(
     @property
     def loaded(self) -> np.ndarray:
         """True for parts with any traction, (ny, nx)."""
-        return self.parts.any(axis=0)
+        return np.asarray(self.parts.any(axis=0))
 
     def acts(self, *directions: int) -> bool:
         """True where it has tractions along some directions.
