@@ -261,6 +261,8 @@ class _Reader:
         deviations: Group = case.needs("deviations", "ZTRACK", "deviations", "Z = 3")
         rail = self._profile(case.needs("rail", "ZTRACK", "a rail", "Z = 3"), "rail")
         rate = 0.0
+        if case.controls["CONFIG"] <= 1 and dimensions.names[3] == "NOMRAD":
+            case.controls.complain("CONFIG", "keeps a roller as its track: use Z = 3")
         if case.controls["CONFIG"] >= 4:
             rate = case.needs("velocity", "EWHEEL", "a velocity", "E = 3").angle(0)
         key = (dimensions, deviations, id(rail), side, rate)
@@ -289,11 +291,8 @@ class _Reader:
 def _check_supported(case: CaseInput) -> None:
     """Refuse what digits ask for that a wheel on a rail has not here."""
     controls = case.controls
-    if controls["CONFIG"] >= 4 and case.entries["position"].number(0) != 0:
-        group = case.entries["position"]
-        group.refuse(
-            "X", group.number(0), "is not supported: wheels here are above the roller's axle"
-        )
+    if controls["CONFIG"] >= 4:
+        _check_roller(case)
     if controls["TANG"] in (1, 2):
         controls.complain("TANG", "is not supported: wheels here roll steadily, T = 3")
     if controls["FORCE"] >= 2 or (controls["FORCE"] == 1 and controls["NORM"] == 0):
@@ -307,6 +306,19 @@ def _check_supported(case: CaseInput) -> None:
         group = case.entries["conformal"]
         why = "is not reciprocal, and not supported; supported: 4"
         group.refuse("VARIANT", group.integers()[1], why)
+
+
+def _check_roller(case: CaseInput) -> None:
+    """Refuse a roller of which the track or the velocity kept is none, or that is not below."""
+    track: Group = case.needs("track", "ZTRACK", "roller dimensions", "Z = 3")
+    velocity: Group = case.needs("velocity", "EWHEEL", "a velocity", "E = 3")
+    if track.names[3] != "NOMRAD" or velocity.names[0] != "VPITCH_ROL":
+        why = "needs NOMRAD and VPITCH_ROL, and a track is kept: use Z = 3 and E = 2"
+        case.controls.complain("CONFIG", why)
+    place: Group = case.needs("position", "EWHEEL", "a position", "E = 3")
+    if place.number(0) != 0:
+        why = "is not supported: wheels here are above the roller's axle"
+        place.refuse("X", place.number(0), why)
 
 
 def _friction(case: CaseInput, speed: float, s: float) -> Any:
