@@ -150,3 +150,15 @@ def test_a_run_that_was_cut_short_is_refused_wherever(tmp_path):
     for end in range(whole, len(text) + 1):
         if text[:end].endswith("\n"):
             assert read(tmp_path, text[:end])[0].patches[1]["FN"] == 4822.0
+
+
+def test_a_case_without_output_has_no_patches(tmp_path):
+    """O = 0, or its input stopped it; of the last one it is not known."""
+    path = tmp_path / "a.out"
+    result = "     FN          FX          APPROACH\n     1.000       0.000       0.000\n"
+    path.write_text(f" Case     1\n Input: WARNING.\n Case     2\n{result}")
+    first, second = vc.read_contact_output(path)
+    assert (first.patches, second.patches[0]["FN"]) == ((), 1.0)
+    path.write_text(f" Case     1\n{result} Case     2\n Input: ERROR.\n")
+    with pytest.raises(vc.SceneError, match="ends case 2, whose contact patch 1 has no FN"):
+        vc.read_contact_output(path)

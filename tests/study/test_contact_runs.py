@@ -8,7 +8,13 @@ import pytest
 import varcontact as vc
 from tests.command import assert_bad_input, run
 from tests.io.test_contact_input import CASE, DATA, FORMULA, SURFACE
-from varcontact.study.contact_comparison import by_case, compared, report, summary_of
+from varcontact.study.contact_comparison import (
+    by_case,
+    compared,
+    compared_stresses,
+    report,
+    summary_of,
+)
 from varcontact.study.contact_runs import run_cases
 
 STOP = " 0  MODULE\n"
@@ -119,7 +125,15 @@ def test_what_cannot_be_run_is_left_out_by_name(tmp_path):
     path.write_text(FIRST + " 3 MODULE\n 2031")
     cut = vc.read_contact_input(path, strict=False)
     assert [bool(case.reason) for case in cut.cases] == [False, True]
-    assert "what follows is not read" in cut.left_out[0].reason
+    # what cannot be read is passed over up to the next case, which keeps nothing of it
+    kept = " 3 MODULE\n 203100\n 100000\n 0100001\n 500. 0.004 0. 0.\n"
+    path.write_text(FIRST + changed((" 1000. ", " much ")) + FIRST + kept + STOP)
+    found = vc.read_contact_input(path, strict=False)
+    assert [case.number for case in found.left_out] == [2]
+    assert "FN = 'much' is not a number" in found.left_out[0].reason
+    path.write_text(FIRST + changed((" 1000. ", " much ")) + kept + STOP)
+    found = vc.read_contact_input(path, strict=False)
+    assert "keeps a material of the case before, and there is none" in found.left_out[1].reason
 
 
 def test_numbers_as_fortran_reads_them(tmp_path):
@@ -241,6 +255,69 @@ def test_conformal_rows_have_inclinations(tmp_path):
     assert case.scene.surface.inclination[0] == pytest.approx(-np.radians(9.5))
     (other,) = cases(tmp_path, changed((" 1 4 2\n", " 1 1 2\n"), text=curved) + STOP)
     assert "VARIANT = 1 is not reciprocal, and not supported; supported: 4" in other.reason
+
+
+BLOCKS = {
+    "all, regular": " 1\n 2 0.1 0.1\n",
+    "selected, regular": " 2\n 1 1 4\n 1 1 3\n 2 0.1 0.1\n",
+    "listed, regular": " 3\n 4 3\n 4 3 2 1\n 1 2 3\n 2 0.1 0.1\n",
+    "all, listed": " 5\n 2\n 0.2 0.1\n",
+    "selected, listed": " 6\n 1 1 99\n 1 1 3\n 2\n 0.1 0.2\n",
+    "listed, listed": " 7\n 4 3\n 1 2 3 4\n 1 2 3\n 2\n 0.1 0.2\n",
+    "by coordinates": " 9\n 4 3 2\n -.75 -.25 .25 .75\n -.4 0 .4\n 0.1 0.2\n",
+}
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+def test_points_of_stresses_in_every_form(tmp_path, block):
+    given = changed((" 203100 ", " 203103 ")) + f" 1 0\n{block} 0\n"
+    kept = given.replace(" 203103 ", " 203102 ").replace(f"{block} 0\n", "")
+    first, second = cases(tmp_path, given + kept + STOP)
+    (points,) = first.stress_points
+    assert points.shape == (3, 24)
+    np.testing.assert_allclose(points[:, [0, 1, 4, 12]].T, [
+        [-0.75, -0.4, 0.1], [-0.25, -0.4, 0.1], [-0.75, 0.0, 0.1], [-0.75, -0.4, 0.2],
+    ], atol=1e-12)  # fmt: skip
+    np.testing.assert_array_equal(second.stress_points[0], points)
+
+
+def test_stresses_below_a_unit_load(tmp_path):
+    """Published of the guide's section 5.6 (revision 2707): pressure 1 on a square."""
+    given = """ 3 MODULE
+ 200103
+ 022020
+ 0000001
+ 80 100 30 1 1e-6
+ 1. 0. 0. 0.
+ 1. 1.
+ 0.28 0.28 1. 1.
+ 1
+ 1 1 -0.4999 -0.4998 1. 1.
+ 1 1
+ 2.16 0 2.16 0 0 0
+ 2 1
+ 9
+ 1 1 4
+ 1e-5
+ 1e-5
+ 0.0 0.3 0.4 1.25
+ 0
+"""
+    path = tmp_path / "unit.out"
+    path.write_text(""" Case     1
+     FN          FX          APPROACH     PMAX
+     1.000       0.000       0.000        1.000
+ SUBSURFACE STRESSES BLOCK  1:
+ ABSMAX SIGHYD =    -0.853 AT (X,Y,Z) = (   0.000,   0.000,   0.000)
+ MAX     SIGVM =     0.665 AT (X,Y,Z) = (   0.000,   0.000,   0.400)
+ MAX    SIGMA1 =     0.008 AT (X,Y,Z) = (   0.000,   0.000,   1.250)
+ MIN    SIGMA3 =    -1.000 AT (X,Y,Z) = (   0.000,   0.000,   0.000)
+""")
+    (run_,) = run_cases(cases(tmp_path, given + STOP))
+    (output,) = vc.read_contact_output(path)
+    rows = compared_stresses(1, run_.stresses, output)
+    assert [row.quantity for row in rows] == ["SIGHYD", "SIGVM", "SIGMA1", "SIGMA3"]
+    assert {row.verdict for row in rows} == {"equal"}
 
 
 OUTPUT = """ Case     1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import warnings
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated, Any
@@ -60,6 +61,7 @@ def _all_cases(
     save: Path | None,
     progress: Callable[[object], None],
 ) -> tuple[list[Compared], list[str]]:
+    warnings.simplefilter("ignore", vc.PlausibilityWarning)  # the files are as they are
     basic = vc.read_contact_input(path, strict=False)
     if all("is a wheel on a rail" in case.reason for case in basic.cases):
         return _wheels(path, printed, save, progress)
@@ -84,7 +86,8 @@ def _basic(
             rows.append(_not_run(number, run.reason))
             continue
         rows += comparison.compared(number, run.values, printed.get(number), run.note)
-        tables.append(_printed(number, [run.values]))
+        rows += comparison.compared_stresses(number, run.stresses, printed.get(number))
+        tables.append(_printed(number, [run.values, *run.stresses]))
         if save is not None and run.solution is not None:
             run.solution.save(save / f"case_{number:04d}.nc", overwrite=True)
     return rows, tables

@@ -54,27 +54,51 @@ class CaseInput:
         return self.entries[key]
 
 
-def read_cases(path: Path) -> tuple[list[CaseInput], SceneError | None]:
-    """The cases of a file, up to its end or to the first that cannot be read; and why it cannot."""
+@dataclass(frozen=True, eq=False)
+class Unreadable:
+    """A case that does not follow the grammar, and why."""
+
+    number: int
+    line: int
+    error: SceneError
+
+
+def read_cases(path: Path) -> tuple[list[CaseInput], list[Unreadable]]:
+    """The cases of a file, and those that cannot be read, after which the next MODULE is looked
+    for: nothing is kept from them.
+    """
     lines = Lines(path)
     cases: list[CaseInput] = []
+    unreadable: list[Unreadable] = []
     last: dict[tuple[int, ...], CaseInput] = {}
-    try:
-        while lines.left:
+    while lines.left:
+        number = len(cases) + len(unreadable) + 1
+        line = lines.left[0][0]
+        try:
             group = lines.read("MODULE:i, [REID:i, CPID:i]")
-            module = group.integers()[0]
-            if module == 0:
+            element = _element(group)
+            if element is None:
                 break
-            if module not in GRAMMARS:
-                supported = ", ".join(f"{each} ({words})" for each, words in MODULES.items())
-                group.refuse("MODULE", module, f"is not supported; supported: {supported}")
-            element = (module, *map(int, group.optional))
-            case = _read_case(lines, group, len(cases) + 1, element, last.get(element))
-            last[element] = case
-            cases.append(case)
-    except SceneError as error:
-        return cases, error
-    return cases, None
+            case = _read_case(lines, group, number, element, last.get(element))
+        except SceneError as error:
+            unreadable.append(Unreadable(number, line, error))
+            last.clear()
+            lines.skip_to("MODULE")
+            continue
+        last[element] = case
+        cases.append(case)
+    return cases, unreadable
+
+
+def _element(group: Group) -> tuple[int, ...] | None:
+    """Module, result element and contact patch; None at the stop."""
+    module = group.integers()[0]
+    if module == 0:
+        return None
+    if module not in GRAMMARS:
+        supported = ", ".join(f"{each} ({words})" for each, words in MODULES.items())
+        group.refuse("MODULE", module, f"is not supported; supported: {supported}")
+    return (module, *map(int, group.optional))
 
 
 def _read_case(

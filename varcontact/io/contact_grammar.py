@@ -396,6 +396,8 @@ def _stresses(lines: Lines, c: Controls, known: Known) -> tuple[Group, ...]:
         groups.append(kind)
         groups += _horizontal(lines, isubs)
         groups += _vertical(lines, isubs)
+    if c["STRESS"] == 2:
+        groups += known.get("stresses", ())[1:]
     return tuple(groups)
 
 

@@ -32,6 +32,7 @@ from varcontact.io.contact_material import (
     layer_of,
     thermal_of,
 )
+from varcontact.io.contact_stresses import points_of
 from varcontact.io.contact_words import Group, located
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
@@ -77,6 +78,8 @@ class ContactCase:
     simplified : dict or None
         How CONTACT's simplified theory is asked for, see
         `varcontact.theories.fastsim_contact.SimplifiedTheory`.
+    stress_points : tuple of ndarray, shape (3, points)
+        x, y and z of the blocks of points at which stresses are asked for.
     """
 
     number: int
@@ -89,6 +92,7 @@ class ContactCase:
     before: ContactCase | None = None
     force_parts: tuple[float | None, float | None] | None = None
     simplified: dict[str, Any] | None = None
+    stress_points: tuple[np.ndarray, ...] = ()
 
 
 class ContactInput(Sequence[Scene]):
@@ -199,13 +203,15 @@ slip_difference='first-order', speed=None)
     >>> folder.cleanup()
     """
     file = checks.file_name("path", path)
-    inputs, error = read_cases(file)
-    cases = cases_of(inputs, strict)
-    if error is not None:
-        if strict or not inputs:
-            raise error
-        number = len(inputs) + 1
-        cases.append(ContactCase(number, 0, reason=f"{error}; what follows is not read"))
+    inputs, unreadable = read_cases(file)
+    readable = inputs
+    if strict and unreadable:  # what is wrong before comes first
+        readable = [case for case in inputs if case.number < unreadable[0].number]
+    cases = cases_of(readable, strict)
+    if unreadable and (strict or not inputs):
+        raise unreadable[0].error
+    cases += [ContactCase(each.number, each.line, reason=str(each.error)) for each in unreadable]
+    cases.sort(key=lambda case: case.number)
     if not cases:
         raise SceneError(
             "path", str(path), message=f"{path} holds no case that is to be calculated"
@@ -248,6 +254,7 @@ class _Case:
         self.continues: ContactCase | None = None
         self.force_parts: tuple[float | None, float | None] | None = None
         self.simplified: dict[str, Any] | None = None
+        self.stress_points: tuple[np.ndarray, ...] = ()
         # direction, step and velocity; a shift lasts a second
         self.rolling = (1, 0.0, 1.0)
         self.spin_offset: float | None = None
@@ -268,6 +275,7 @@ class _Case:
             before=self.continues,
             force_parts=self.force_parts,
             simplified=self.simplified,
+            stress_points=self.stress_points,
         )
 
     def make(self) -> None:
@@ -289,6 +297,8 @@ class _Case:
         if not self.given.calculated:
             return
         self._choose_methods()
+        if self.controls["STRESS"] >= 1:
+            self.stress_points = points_of(self.entries.get("stresses", ()), self.grid)
         scene = self._scene()
         if self.rolling[0] < 0 and self.controls["TANG"] == STEADY:
             scene = mirrored(scene)

@@ -20,6 +20,8 @@ WHEEL = re.compile(r"\s*WHEEL-\w+ CONTACT, (LEFT|RIGHT) WHEEL,\s*(\d{1,9}) CONTA
 PATCH = re.compile(r"\s*-----\s*DATA FOR CONTACT PATCH\s+(\d{1,9})\b")
 PROFILE = re.compile(r'\s*(?:RAIL|ROLLER|WHEEL) PROFILE "')
 """Before tables of the same names for both profiles, which are left out."""
+BLOCK = re.compile(r"\s*SUBSURFACE STRESSES BLOCK")
+EXTREME = re.compile(r"\s*(?:ABSMAX|MAX|MIN)\s+(SIG\w+)\s*=\s*(\S+)\s+AT")
 NONE_FOUND = "NO CONTACT FOUND"
 NAME = re.compile(r"(?:CREEP|SHIFT) [XY](?=\s|$)|\S+")
 CAPITALS = re.compile(r"(?:CREEP |SHIFT )?[A-Z][A-Z0-9_./,()]*$")
@@ -53,6 +55,9 @@ class ContactOutput:
         which is `values`, with FY, MZ, and CREEP X or SHIFT X where FX was
         given. Conformal patches, for which CONTACT prints BAR_FN, BAR_FX and
         BAR_FS, have them as FN, FX and FS, too.
+    stresses : tuple of dict of str to float
+        Extremes of the stresses below the surface, by block of points: SIGHYD,
+        SIGVM, SIGTR, SIGMA1, SIGMA3, SIGXX, SIGYY, SIGZZ.
     """
 
     case: int
@@ -60,6 +65,7 @@ class ContactOutput:
     side: str | None
     values: dict[str, float]
     patches: tuple[dict[str, float], ...]
+    stresses: tuple[dict[str, float], ...] = ()
 
 
 @checks.named_options()
@@ -164,7 +170,19 @@ def _case(
     if side is None and not patches and not unprinted and not _without_contact(lines[first:last]):
         patches = [values]
     _check_patches(file, last, case, patches, announced)
-    return ContactOutput(case, element, side, values, tuple(patches))
+    stresses = _stresses(lines[first:last])
+    return ContactOutput(case, element, side, values, tuple(patches), stresses)
+
+
+def _stresses(lines: list[str]) -> tuple[dict[str, float], ...]:
+    """Extremes of stresses by block of points, of all patches in turn."""
+    blocks: list[dict[str, float]] = []
+    for line in lines:
+        if BLOCK.match(line):
+            blocks.append({})
+        elif (extreme := EXTREME.match(line)) and blocks:
+            blocks[-1][extreme[1]] = number_of(extreme[2]) or 0.0
+    return tuple(blocks)
 
 
 def _check_number(file: Path, k: int, number: int, expected: int) -> None:

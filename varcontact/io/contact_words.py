@@ -211,6 +211,14 @@ class Lines:
                 found += [repeated[2]] * times
         return Group(self.name, line, names, tuple(found[: len(names)]), tuple(found[len(names) :]))
 
+    def skip_to(self, word: str) -> None:
+        """Pass over lines up to one that begins with a whole number and has a word."""
+        while self.left:
+            first, *others = self.left[0][1]
+            if INTEGER.match(first) and word in map(str.upper, others):
+                return
+            self.left.popleft()
+
     def check_left(self, name: str, count: int) -> None:
         """Refuse an array that is longer than the file, as damage may promise it."""
         left = 0

@@ -19,6 +19,8 @@ ROUNDED = 1.01
 SMALLEST_FORCE = 2e-5
 """Forces by the normal force that count as none."""
 SMALLEST_CREEPAGE = 1e-8
+STRESS_UNIT = 1.01e-3
+"""Of the last decimal of extremes of stresses [N/mm^2]."""
 WHEEL_TOL = 1e-3
 """Of forces of a wheel on a rail, by the normal force."""
 EQUAL = "equal"
@@ -94,6 +96,23 @@ def compared(
         if verdict == DIFFERENT and name in KNOWN:
             words = KNOWN[name]
         found.append(Compared(case, 1, name, theirs[name], ours, verdict, words))
+    return found
+
+
+def compared_stresses(
+    case: int, ours: Sequence[Mapping[str, float]], output: ContactOutput | None
+) -> list[Compared]:
+    """Extremes of stresses by block of points, to the three decimals that CONTACT prints."""
+    if output is None:
+        return []
+    found = []
+    for k, (own, theirs) in enumerate(zip(ours, output.stresses, strict=False), 1):
+        for name, value in theirs.items():
+            verdict = DIFFERENT
+            tol = max(STRESS_UNIT, ROUNDED * unit_of_last_digit(value))
+            if abs(own[name] - value) <= tol:
+                verdict = EQUAL
+            found.append(Compared(case, k, name, value, own[name], verdict, f"block {k}"))
     return found
 
 

@@ -173,13 +173,16 @@ def read_contact_input(path: str | Path, *, strict: bool = True) -> WheelInput:
     >>> folder.cleanup()
     """
     file = checks.file_name("path", path)
-    inputs, error = read_cases(file)
+    inputs, unreadable = read_cases(file)
+    readable = inputs
+    if strict and unreadable:  # what is wrong before comes first
+        readable = [case for case in inputs if case.number < unreadable[0].number]
     reader = _Reader(file.parent)
-    cases = [reader.case(given, strict) for given in inputs if given.calculated]
-    if error is not None:
-        if strict or not inputs:
-            raise error
-        cases.append(WheelCase(len(inputs) + 1, 0, reason=f"{error}; what follows is not read"))
+    cases = [reader.case(given, strict) for given in readable if given.calculated]
+    if unreadable and (strict or not inputs):
+        raise unreadable[0].error
+    cases += [WheelCase(each.number, each.line, reason=str(each.error)) for each in unreadable]
+    cases.sort(key=lambda case: case.number)
     if not cases:
         raise SceneError(
             "path", str(path), message=f"{path} holds no case that is to be calculated"
