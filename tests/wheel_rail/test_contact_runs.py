@@ -87,6 +87,28 @@ def test_a_layer_and_heat_are_those_of_the_scene(profiles):
         case.wheel.estimate()
 
 
+def test_deviations_of_a_wheel_move_it_alone(profiles):
+    """E = 5: a wheel that is turned about its own middle, and moved, is one of a wheel set that
+    is.
+    """
+    flexible = " 0.0 0.5 0.1 0.001 0.002 0.0\n 0.0 3.0 4.0 0.01 0.02 0.1\n"
+    (case,) = cases(
+        profiles,
+        (" 1203100 ", " 1203000 "),
+        (" 0022033 ", " 0022035 "),
+        (PLACE, " 0.0 1.0 0.2 0. 0. 0. "),
+        ("\n  0 MODULE", "\n" + flexible + "  0 MODULE"),
+    )
+    wheel = case.wheel
+    arm = wheel.wheelset.middle
+    assert (wheel.position.y, wheel.position.roll, wheel.position.yaw) == (1.5, 0.001, 0.002)
+    rigid = wheel.body(wheel.z).globally(np.array([0.0, arm, 0.0]))
+    assert rigid[1:] == pytest.approx([arm + 1.5, 0.3 - wheel.wheelset.radius], abs=2e-3)
+    # the wheel's middle moves with the wheel set, and by its own velocity
+    moving = wheel.body(wheel.z, pitching=False).velocity_at(rigid)
+    assert moving == pytest.approx([2000.0, 3.0, 4.0], abs=0.05)
+
+
 def test_friction_varies_by_inclination_and_along_the_track(profiles):
     by_angle = (
         (" 0022033 ", " 1022033 "),

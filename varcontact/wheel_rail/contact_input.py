@@ -235,6 +235,10 @@ class _Reader:
             angles = {"roll": place.angle(3), "yaw": place.angle(4), "pitch": place.angle(5)}
             position = Position(s=place.number(0), y=place.number(1), **angles)
         velocity = _velocity(case)
+        if controls["EWHEEL"] >= 4:
+            position, velocity, lower = _of_wheel(case, position, velocity, wheelset, side)
+            if "z" in height:
+                height["z"] += lower
         friction: Any = 0.0
         if controls["TANG"] != 0:
             friction = _friction(case, velocity.speed, position.s)
@@ -301,8 +305,6 @@ def _check_supported(case: CaseInput) -> None:
     if controls["FORCE"] >= 2 or (controls["FORCE"] == 1 and controls["NORM"] == 0):
         why = "is not supported; supported: the pitch rate (F = 0), or FX beside FZ (F = 1, N = 1)"
         controls.complain("FORCE", why)
-    if controls["EWHEEL"] >= 4:
-        controls.complain("EWHEEL", "is not supported: wheel sets here are rigid")
     if controls["MATER"] not in (0, 4):
         controls.complain("MATER", "is not supported; supported: 0 (elastic), 4 (third body)")
     if controls["INFLCF"] == 4 and case.entries["conformal"].integers()[1] != 4:
@@ -322,6 +324,42 @@ def _check_roller(case: CaseInput) -> None:
     if place.number(0) != 0:
         why = "is not supported: wheels here are above the roller's axle"
         place.refuse("X", place.number(0), why)
+
+
+def _of_wheel(
+    case: CaseInput, position: Position, velocity: Velocity, wheelset: WheelSet, side: Side
+) -> tuple[Position, Velocity, float]:
+    """Place and motion of a rigid wheel set whose wheel is where that of the flexible one is, and
+    how much lower it is; for small deviations.
+    """
+    place: Group = case.entries["wheel place"]
+    rates: Group = case.entries["wheel rates"]
+    arm = SIGN[side] * wheelset.middle
+    roll, yaw, pitch = (place.angle(k) for k in range(3, 6))
+    roll_rate, yaw_rate, pitch_rate = (rates.angle(k) for k in range(3, 6))
+    with located(place):
+        moved = replace(
+            position,
+            s=position.s + place.number(0) + arm * yaw,
+            y=position.y + place.number(1),
+            roll=position.roll + roll,
+            yaw=position.yaw + yaw,
+            pitch=position.pitch + pitch,
+        )
+    turning = velocity.pitch_rate
+    if turning is not None:
+        turning += pitch_rate
+    with located(rates):
+        moving = replace(
+            velocity,
+            speed=velocity.speed + rates.number(0) + arm * yaw_rate,
+            lateral=velocity.lateral + rates.number(1),
+            vertical=velocity.vertical + rates.number(2) - arm * roll_rate,
+            roll_rate=velocity.roll_rate + roll_rate,
+            yaw_rate=velocity.yaw_rate + yaw_rate,
+            pitch_rate=turning,
+        )
+    return moved, moving, place.number(2) - arm * roll
 
 
 def _friction(case: CaseInput, speed: float, s: float) -> Any:
