@@ -253,7 +253,6 @@ def test_the_older_smoothing_passes_the_same_waves(folder):
     (" 0022033  ", " 0022033 1 ", "line 5: M2 (MATER2) = 1 is not supported: damping of the bodies"),
     (" 0022033 ", " 0002033 ", "line 11: FNAME = '14.0' is not a name in quotes"),
     (" 0001331 ", " 0001333 ", "holds no case that is to be calculated"),
-    ("1.000   90d", "1.000   30d", "line 10: A_SEP = 30d is not supported: patches here are separated by distance"),
     ("8.0   4.0 ", "4.0   8.0 ", "line 3: separate = 4.0 is not allowed: must be at least join, 8 mm"),
     (TRACK, "   14.0     2     1435.0  0.000 ", "line 11: GAUGSQ = 2.0 is not supported"),
     (TRACK, "   14.0     0     1435.0  0.000 1e-6 ", "line 11: CURV = 1e-6 is not supported: the track here is"),

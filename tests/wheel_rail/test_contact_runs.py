@@ -87,6 +87,42 @@ def test_a_layer_and_heat_are_those_of_the_scene(profiles):
         case.wheel.estimate()
 
 
+def test_rigid_slip_by_element_is_near_that_of_creepages(profiles):
+    """D = 3: in the middle of a patch it is the same; a rail that moves as the wheel does slips
+    less.
+    """
+    (plain,) = cases(profiles, COARSE, (PLACE, " 0.0 3.0 1e4 0. 0.005 0. "))
+    (case,) = cases(
+        profiles, COARSE, (PLACE, " 0.0 3.0 1e4 0. 0.005 0. "), (" 0022033 ", " 0032033 ")
+    )
+    assert (plain.wheel.slip_by_element, case.wheel.slip_by_element) == (False, True)
+    z = plain.wheel.touching + 0.02
+    (one,), (other,) = plain.wheel.patches(z), case.wheel.patches(z)
+    grid = other.scene.grid
+    middle = (int(np.abs(grid.y).argmin()), int(np.abs(grid.x).argmin()))
+    slip = other.scene.motion.rigid_slip[:, *middle]
+    place = (grid.x[middle[1]], grid.y[middle[0]])
+    spin = one.creepage.spin
+    expected = [one.creepage.vx - spin * place[1], one.creepage.vy + spin * place[0]]
+    assert slip == pytest.approx(expected, abs=1e-5)
+    forces = [run.solution.force for run in run_wheels([plain, case])]
+    assert forces[1] == pytest.approx(forces[0], abs=20.0)
+
+
+def test_an_angle_that_would_part_a_patch_is_said(profiles):
+    """Of one overlap A_SEP does not count; of two that are one patch here it does."""
+    fine = ("1.000   90d   8.0   4.0 ", "1.000   {}   {} {} ")
+    (one,) = cases(profiles, (fine[0], fine[1].format("1d", 8.0, 4.0)))
+    (run,) = run_wheels([one])
+    assert run.patches
+    at = (PLACE, " 0.0 5.0 1e4 -0.00035540 0.012 0. ")
+    for angle, reason in (("90d", ""), ("1d", "A_SEP")):
+        (two,) = cases(profiles, at, (fine[0], fine[1].format(angle, 40.0, 20.0)))
+        (run,) = run_wheels([two])
+        assert run.reason.startswith(reason)
+        assert bool(run.patches) == (reason == "")
+
+
 def test_deviations_of_a_wheel_move_it_alone(profiles):
     """E = 5: a wheel that is turned about its own middle, and moved, is one of a wheel set that
     is.

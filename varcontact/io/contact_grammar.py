@@ -138,9 +138,9 @@ WHEEL = (
         }, {3: "rows of elements are not known before wheels on rails are placed"}),
         FRCLAW,
         Digit("D", "DISCNS", "3.6", {
-            0: AS_BEFORE, 1: AS_BEFORE, 2: "planar contact", 3: "planar contact",
+            0: AS_BEFORE, 1: AS_BEFORE, 2: "planar contact", 3: "planar, slip by element",
             4: "conformal contact", 5: "planar contact, another search",
-            6: "conformal contact, another search",
+            6: "planar, slip by element, another search",
         }, dict.fromkeys((7, 8, 9), "a search of CONTACT's developers")),
         Digit("C", "INFLCF", "4.3", {
             0: "material as before", 1: "material as before", 2: "half-space", 4: "conformal",

@@ -39,8 +39,9 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 SIDES: dict[int, Side] = {0: "left", 1: "right", 4: "left", 5: "right"}
 CONVEX_GS = 2
 """The control digit G of the one solver of CONTACT that takes any DQREL in steady rolling."""
-CONFORMAL = (4, 6)
-"""Values of the digit D with which patches are curved."""
+CONFORMAL = 4
+BY_ELEMENT = (3, 6)
+"""Values of the digit D with which patches are curved, and have the rigid slip of each element."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +61,10 @@ class WheelCase:
     longitudinal_force : float or None
         Force on the rail along the wheel set, FX of F = 1 [N]: the pitch rate
         of the wheel is then one that gives it, and not known before.
+    separating_angle : float
+        A_SEP [rad], from which CONTACT parts patches whatever their distance;
+        here patches are parted by distance, and a case in which it would count
+        is not run.
     """
 
     number: int
@@ -68,6 +73,7 @@ class WheelCase:
     wheel: WheelOnRail | None = None
     reason: str = ""
     longitudinal_force: float | None = None
+    separating_angle: float = math.pi / 2
 
 
 class WheelInput(Sequence[WheelOnRail]):
@@ -205,7 +211,14 @@ class _Reader:
             force = None
             if given.controls["FORCE"] == 1:
                 force = given.entries["velocity"].number(5)
-            return WheelCase(given.number, line, given.element, wheel, longitudinal_force=force)
+            return WheelCase(
+                number=given.number,
+                line=line,
+                element=given.element,
+                wheel=wheel,
+                longitudinal_force=force,
+                separating_angle=given.entries["grid"].angle(3),
+            )
         except SceneError as error:
             if strict:
                 raise
@@ -389,9 +402,6 @@ def _grid(case: CaseInput) -> dict[str, Any]:
     if elements.number(2) != 1 and case.controls["GAUSEI"] == CONVEX_GS:
         reason = "with G = 2 is not supported: the step of rolling here is an element; supported: 1"
         elements.refuse("DQREL", elements.number(2), reason)
-    if elements.angle(3) < math.pi / 2 - 1e-6:
-        reason = "is not supported: patches here are separated by distance; supported: 90d"
-        elements.refuse("A_SEP", elements.values[3], reason)
     if len(elements.optional) == 2:
         elements.refuse("GAP_MISS", elements.optional[1], "is not supported; leave it out")
     places = {"dx": 0, "dy": 1, "separate": 4, "join": 5}
@@ -402,7 +412,8 @@ def _grid(case: CaseInput) -> dict[str, Any]:
     while found is not None and found.controls["DISCNS"] <= 1:
         found = found.before
     assert found is not None
-    grid["conformal"] = found.controls["DISCNS"] in CONFORMAL
+    grid["conformal"] = found.controls["DISCNS"] == CONFORMAL
+    grid["slip_by_element"] = found.controls["DISCNS"] in BY_ELEMENT
     return grid
 
 

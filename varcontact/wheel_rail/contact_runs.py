@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.wheel_rail.contact_input import WheelCase
+from varcontact.wheel_rail.patches import joined, tangent_of
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
@@ -33,6 +34,7 @@ def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
             continue
         try:
             solution = _solved(case.wheel, case.longitudinal_force)
+            _check_angles(case, solution)
         except VarcontactError as error:
             yield WheelRun(case, reason=str(error))
             continue
@@ -59,6 +61,16 @@ def _solved(wheel: WheelOnRail, force: float | None) -> WheelRailSolution:
     creep = brentq(excess, -CREEP_MAX, CREEP_MAX, xtol=CREEP_TOL)
     excess(creep)
     return found[creep]
+
+
+def _check_angles(case: WheelCase, solution: WheelRailSolution) -> None:
+    """Refuse a patch whose parts CONTACT parts by their angles."""
+    wheel = solution.case
+    for group in joined(wheel.locus.overlaps(solution.z), wheel.separate):
+        angles = [tangent_of([overlap], wheel.rail).angle for overlap in group]
+        if max(angles) - min(angles) > case.separating_angle:
+            allowed = "at least the angle between parts of a patch: patches are parted by distance"
+            raise SceneError("A_SEP", case.separating_angle, allowed)
 
 
 def values_of(patch: PatchSolution) -> dict[str, float]:

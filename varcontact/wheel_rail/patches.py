@@ -262,12 +262,16 @@ class ReferenceSurface:
     lateral: np.ndarray
     on_wheel: np.ndarray
 
-    def rigid_slip(self, frame: Frame, body: RigidBody, speed: float) -> np.ndarray:
+    def rigid_slip(
+        self, frame: Frame, rail: RigidBody, wheel: RigidBody, speed: float
+    ) -> np.ndarray:
         """Velocity of the rail over the wheel in the frames of the elements, divided by a speed,
         (2, ny, nx).
         """
         along = self.grid.x[:, None] * frame.axes[:, 0]
-        velocity = -body.velocity_at(self.on_wheel[:, None] + along) @ frame.axes / speed
+        places = self.on_wheel[:, None] + along
+        velocity = rail.velocity_at(places) - wheel.velocity_at(places)
+        velocity = velocity @ frame.axes / speed
         cosine = np.cos(self.inclination)[:, None]
         sine = np.sin(self.inclination)[:, None]
         across = cosine * velocity[..., 1] + sine * velocity[..., 2]

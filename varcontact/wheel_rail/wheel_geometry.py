@@ -133,12 +133,13 @@ class OnTrack(
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class WheelGeometry(OnTrack, with_friction=checks.flag):
+class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.flag):
     """The entries of `WheelOnRail`, checked, and what follows from them without elasticity."""
 
     side: Side = "right"
     with_friction: bool = True
     friction: Coefficient | FrictionByAngle = 0.3
+    slip_by_element: bool = False
     third_body: ThirdBody | None = None
     thermal: Thermal | tuple[Thermal, Thermal] | None = None
 
@@ -290,11 +291,13 @@ class WheelGeometry(OnTrack, with_friction=checks.flag):
         if self.thermal is not None:
             speed = creepage.speed
         motion = Steady(vx=creepage.vx, vy=creepage.vy, spin=creepage.spin, speed=speed)
+        if curved or self.slip_by_element:
+            rail = self.track.rail_body(self.side)
+            slip = surface.rigid_slip(frame, rail, body, self.velocity.speed)
+            motion = Steady(rigid_slip=slip, speed=speed)
         seams = seams_of(overlaps, frame, self.join, self.separate)
         inclination = None
         if curved:
-            slip = surface.rigid_slip(frame, body, self.velocity.speed)
-            motion = Steady(rigid_slip=slip, speed=speed)
             seams = _at_arc_lengths(seams, surface)
             inclination = surface.inclination
         # places on the profiles

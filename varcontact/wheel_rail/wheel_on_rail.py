@@ -54,6 +54,9 @@ class WheelOnRail(WheelGeometry):
         0.28, if not given.
     friction : float, law or FrictionByAngle
         See `Scene`; by the inclination of the rail.
+    slip_by_element : bool
+        Whether patches in planes have the rigid slip of each element, and not
+        the creepages at their origin; those on curved surfaces always have.
     third_body : ThirdBody, optional
         A layer between rail and wheel, see `Scene`.
     thermal : Thermal or pair (rail, wheel), optional
