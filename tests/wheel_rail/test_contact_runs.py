@@ -155,6 +155,9 @@ def test_friction_varies_by_inclination_and_along_the_track(profiles):
     assert [friction(np.radians(each)) for each in (0.0, 15.0, 30.0)] == pytest.approx(
         [0.3, 0.25, 0.2]
     )
+    # one coefficient by the angle of the plane
+    (patch,) = case.wheel.patches(case.wheel.touching + 0.02)
+    assert patch.scene.friction == pytest.approx(float(friction(-patch.angle)))
     along = (" 0022033 ", " 2022033 "), ("  0.300   0.300 ", " 2\n 0. 0.2 0.2\n 100. 0.3 0.3\n %")
     (case,) = cases(profiles, *along, (PLACE, PLACE.replace("0.0", "60.", 1)))
     assert case.wheel.friction == pytest.approx(0.26)

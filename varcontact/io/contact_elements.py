@@ -106,7 +106,7 @@ def _far(distance: np.ndarray, grid: Grid) -> float:
     return float(np.max(np.abs(distance), initial=0.0) + grid.nx * dx + grid.rows * dy)
 
 
-def hertzian(case: CaseInput, bodies: Bodies, load: dict[str, float]) -> tuple[Any, Grid]:
+def hertzian(case: CaseInput, bodies: Bodies, load: dict[str, Any]) -> tuple[Any, Grid]:
     """Surface and elements of a Hertzian contact, IPOTCN = -1 to -3."""
     kind, group = case.entries["elements"]
     (ipotcn,) = kind.integers()

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NoReturn
 
 from varcontact.io.contact_words import Group, Lines
 
@@ -190,12 +190,12 @@ class Controls:
         """True for transient and steady rolling."""
         return self["TANG"] in (2, 3)
 
-    def refuse(self, name: str, why: str) -> None:
+    def refuse(self, name: str, why: str) -> NoReturn:
         """Raise the error of a digit, with what is supported."""
         digit, value, group = self._digits[name]
         group.refuse(f"{digit.letter} ({name})", value, f"{why}; supported: {digit.supported}")
 
-    def complain(self, name: str, why: str) -> None:
+    def complain(self, name: str, why: str) -> NoReturn:
         """Raise the error of a digit whose value is supported, but not here."""
         digit, value, group = self._digits[name]
         group.refuse(f"{digit.letter} ({name})", value, why)

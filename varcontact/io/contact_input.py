@@ -401,7 +401,7 @@ class _Case:
             pairs.refuse("Y", places[0], "does not ascend in the surface's inclinations")
         return {"inclination": np.interp(self.grid.y, places, angles)}
 
-    def _load(self) -> dict[str, float]:
+    def _load(self) -> dict[str, Any]:
         load = self.entries["kinematics"].number(0)
         if self.controls["NORM"] == 0:
             return {"approach": load}
@@ -582,7 +582,7 @@ class _Case:
         """The normal force, where it is given or known by Hertz's formulas."""
         load = self._load()
         if "normal_force" in load:
-            return load["normal_force"]
+            return float(load["normal_force"])
         if self.bodies.coupled:
             why = (
                 "with N = 0 is not supported with unlike bodies: FX is a part of FSTAT FN, "

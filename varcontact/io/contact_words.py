@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
@@ -135,7 +135,7 @@ def wrong_line(path: Path, line: int, what: str) -> SceneError:
     return SceneError("path", str(path), message=f"{path}, line {line} {what}")
 
 
-FORMS = {
+FORMS: dict[str, tuple[str, Callable[[str], bool]]] = {
     "d": ("is not a number", lambda word: number_of(word) is not None),
     "a": ("is not an angle", lambda word: angle_of(word) is not None),
     "i": ("is not a whole number", lambda word: INTEGER.match(word) is not None),

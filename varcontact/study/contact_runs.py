@@ -136,13 +136,13 @@ def _with_forces(case: ContactCase, scene: Scene) -> Scene:
     normal = _normal_force(scene, case.methods)
     along_x, along_y = case.force_parts
     assert along_x is not None
-    forces = {"Fx": _sign(case) * along_x * normal}
+    forces: dict[str, Any] = {"Fx": _sign(case) * along_x * normal}
     if along_y is not None:
         forces["Fy"] = along_y * normal
     motion = scene.motion
     if isinstance(motion, Transient):
         steps = {name: [force] for name, force in forces.items()}
-        return replace(scene, motion=replace(motion, **steps))  # type: ignore[arg-type]
+        return replace(scene, motion=replace(motion, **steps))
     assert isinstance(motion, Steady | Shift)
     return replace(scene, motion=replace(motion, **forces))
 

@@ -237,7 +237,7 @@ class _Reader:
         track, drop = self._track(case, side)
         wheelset = self._wheelset(case)
         place: Group = case.needs("position", "EWHEEL", "a position", "E = 3")
-        height = {"vertical_force": place.number(2)}
+        height: dict[str, Any] = {"vertical_force": place.number(2)}
         if controls["NORM"] == 0:
             height = {"z": place.number(2) - drop}
         if place.names[2] != ("Z", "FZ")[controls["NORM"]]:
@@ -384,12 +384,12 @@ def _friction(case: CaseInput, speed: float, s: float) -> Any:
         return friction_law(law, groups[0], groups, speed)
     if law != 0:
         case.controls.complain("FRCLAW", "of friction that varies is not supported; supported: 0")
-    coefficients = [friction_law(law, group, groups, speed) for group in groups]
+    coefficients: list[Any] = [friction_law(law, group, groups, speed) for group in groups]
     if varies == 1:
         # to the track side angles are negative there, positive here
         angles = [-group.angle(0) for group in groups]
         with located(groups[0]):
-            return FrictionByAngle(angles[::-1], coefficients[::-1])
+            return FrictionByAngle(angles[::-1], coefficients[::-1], by_patch=True)
     places = [group.number(0) for group in groups]
     if np.any(np.diff(places) <= 0):
         groups[0].refuse("SVF", places, "does not ascend")

@@ -25,6 +25,9 @@ class FrictionByAngle:
         the field side. With the cant.
     coefficients : sequence of float
         At the angles; linear in between, and constant beyond [-].
+    by_patch : bool
+        Whether a patch in a plane has one coefficient, by the plane's angle, as
+        in CONTACT; otherwise each row of elements has that of the rail below.
 
     Raises
     ------
@@ -40,6 +43,7 @@ class FrictionByAngle:
 
     angles: Sequence[float]
     coefficients: Sequence[float]
+    by_patch: bool = False
 
     def __post_init__(self) -> None:
         angles = checks.numbers("friction.angles", self.angles)
@@ -55,6 +59,7 @@ class FrictionByAngle:
             )
         object.__setattr__(self, "angles", tuple(angles.tolist()))
         object.__setattr__(self, "coefficients", tuple(values.tolist()))
+        object.__setattr__(self, "by_patch", checks.flag("friction.by_patch", self.by_patch))
 
     @classmethod
     def regions(

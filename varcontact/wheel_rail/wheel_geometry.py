@@ -352,7 +352,9 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         """
         if not isinstance(self.friction, FrictionByAngle):
             return self.friction
-        if inclination is None:
+        if inclination is None and self.friction.by_patch:
+            angles = np.array([tangent.angle])
+        elif inclination is None:
             below = rail.at(tangent.frame.origin[1] + grid.y * tangent.frame.axes[1, 1])
             on_profile = np.isfinite(below)
             angles = np.interp(grid.y, grid.y[on_profile], rail.angles(below[on_profile]))
