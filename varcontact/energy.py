@@ -38,6 +38,7 @@ from varcontact.discrete.residuals import (
 from varcontact.discrete.state import normal_as_solved, with_subgrid
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
+from varcontact.results.physical import approach_on_grid
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 
@@ -102,12 +103,14 @@ def posed(solution: Solution) -> Posed:
             "solution", "a step of a history", "one of steady rolling, a shift or normal contact"
         )
     disc = discretise(scene, solution.grid)
+    if not scene.force_is_sum:
+        disc = disc.held_at(approach_on_grid(solution))
     disc = with_subgrid(disc, solution.pressure_on_parts)
     if solution.friction is not None:
         disc = disc.with_loading(friction=solution.friction)
     pressure = solution.pressure / disc.scales.pressure
     traction = solution.traction / disc.scales.pressure
-    approach = (solution.approach - disc.base) / disc.scales.displacement
+    approach = (approach_on_grid(solution) - disc.base) / disc.scales.displacement
     normal, pressed, level = normal_as_solved(disc, pressure, approach, traction)
     unit = disc.scales.force * disc.scales.displacement
     if motion is None or scene.frictionless:

@@ -86,6 +86,30 @@ def test_a_rigid_body_leaves_half_of_the_compliance():
     assert abs(large[0] - large[1]) > 0.01
 
 
+def test_energies_of_a_pin_are_equal_at_the_solution():
+    """Potential and complementary energy of its pressures, at the approach that its force makes."""
+    posed = vc.energy.posed(vc.solve(pin(clearance_of(60)), accuracy=1e-2))
+    energies = [
+        each(posed.normal, posed.pressure)
+        for each in (vc.energy.potential_energy, vc.energy.complementary_energy)
+    ]
+    assert energies[0] == pytest.approx(energies[1], rel=1e-9)
+
+
+def test_extrapolated_approaches_are_not_those_of_the_fields(tmp_path):
+    sol = vc.solve(pin(clearance_of(60)), accuracy=1e-2)
+    sol.save(tmp_path / "pin.nc")
+    loaded = vc.load(tmp_path / "pin.nc")
+    assert loaded.approach == sol.approach
+    assert loaded.certificate.residual == pytest.approx(sol.certificate.residual, abs=1e-12)
+
+
+def test_stresses_below_a_pin_are_refused():
+    sol = vc.solve(pin(clearance_of(60)))
+    with pytest.raises(vc.SceneError, match="surface"):
+        vc.stress_below(sol, depths=[1e-3])
+
+
 def test_files_keep_pins_and_inclinations(tmp_path):
     x = np.linspace(-2.0, 2.0, 41)
     turned = vc.SampledDistance(x**2 / 100, x, reference_depth=40.0, inclination_x=x / 8)

@@ -46,9 +46,10 @@ def twin_discs(R1: float, R2: float, omega1: float, omega2: float, skew: float =
     angle = number("skew", skew)
     axis1 = np.array([-np.sin(angle), np.cos(angle), 0.0])
     disc1 = RigidBody(
-        position=[0.0, 0.0, radius1], angular_velocity=number("omega1", omega1) * axis1
+        position=np.array([0.0, 0.0, radius1]), angular_velocity=number("omega1", omega1) * axis1
     )
     disc2 = RigidBody(
-        position=[0.0, 0.0, -radius2], angular_velocity=[0.0, -number("omega2", omega2), 0.0]
+        position=np.array([0.0, 0.0, -radius2]),
+        angular_velocity=np.array([0.0, -number("omega2", omega2), 0.0]),
     )
-    return creepages(disc1, disc2, Frame([0.0, 0.0, 0.0], np.eye(3)))
+    return creepages(disc1, disc2, Frame(np.zeros(3), np.eye(3)))

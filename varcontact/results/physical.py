@@ -86,6 +86,13 @@ def solution_of(
     )
 
 
+def approach_on_grid(sol: Solution) -> float:
+    """Approach of the fields of a solution, before it was extrapolated [length]."""
+    if sol.error_estimate is None:
+        return sol.approach
+    return sol.error_estimate.on_grid.get("approach", sol.approach)
+
+
 def _carried(disc: Discretisation, left: Fields) -> dict[str, np.ndarray]:
     """Fields that particles carry, in physical units."""
     sizes = {each.name: each.scale(disc.scales) for each in disc.interface.carried}

@@ -25,6 +25,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, Layered
 from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Grid
+from varcontact.scene.pin import PinInHole
 from varcontact.scene.units import IN_WORDS, Units
 from varcontact.system.process import SMALLER, need
 
@@ -320,6 +321,10 @@ class BodyField:
         self.side = side
         tangential = solution.traction if side == 1 else -solution.traction
         self.tractions = np.concatenate([tangential, solution.pressure[None]])
+        surface = solution.scene.surface
+        if isinstance(surface, PinInHole):
+            allowed = "one of half-spaces or layers: stresses in a pin and round a hole are others"
+            raise SceneError("surface", surface, allowed)
         bodies = solution.scene.bodies
         body: Any
         if isinstance(bodies, Bodies):

@@ -286,7 +286,11 @@ def _check_tractions(scene: Scene) -> None:
     """
     if not scene.own_grid.linear:
         return
-    others = {"bodies": scene.bodies, "third_body": scene.third_body, "thermal": scene.thermal}
+    others: dict[str, Any] = {
+        "bodies": scene.bodies,
+        "third_body": scene.third_body,
+        "thermal": scene.thermal,
+    }
     if isinstance(scene.bodies, Bodies):
         del others["bodies"]
     if scene.conformal:

@@ -25,6 +25,7 @@ from varcontact.interfaces.laws import FRICTION
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
 from varcontact.results.history import History, heat_of, heat_so_far
+from varcontact.results.physical import approach_on_grid
 from varcontact.results.quantities_of_interest import creepage_names
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
@@ -104,7 +105,7 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
             return replace(sol, note=ALONE)
         disc = discretise(sol.scene, sol.grid)
         if not sol.scene.force_is_sum:
-            disc = disc.held_at(sol.approach)
+            disc = disc.held_at(approach_on_grid(sol))
         return _verified(disc, sol)
 
 
@@ -186,7 +187,7 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
         on_grid = sol.error_estimate.on_grid
     pressure = sol.pressure / disc.scales.pressure
     traction = sol.traction / disc.scales.pressure
-    approach = (on_grid.get("approach", sol.approach) - disc.base) / disc.scales.displacement
+    approach = (approach_on_grid(sol) - disc.base) / disc.scales.displacement
     state = ContactState(pressure, 0.0, traction, np.zeros(2))
     rigid = np.zeros(2)
     if np.isnan(approach):
