@@ -671,3 +671,19 @@ def test_ball_bearing(ran):
     half = np.count_nonzero(sol.pressure.any(axis=1)) * sol.grid.dy / 2
     assert np.ptp(rolls) / 2 == pytest.approx(line * half, abs=1.5 * sol.grid.dy)
     assert sols["thrust, inner"].friction_work > 3 * sols["thrust, outer"].friction_work
+
+
+def test_pin_in_hole(ran):
+    """Angles and pressures are Persson's; a pin that turns climbs against the direction of slip."""
+    example = script("pin_in_hole")
+    sols = ran("pin_in_hole", "Persson 59.0")
+    slipping = sols.pop(0.0)
+    for force, sol in sols.items():
+        persson = vc.reference.pin_in_hole(
+            example.RADIUS, example.CLEARANCE, example.STEEL, force=force
+        )
+        assert example.degrees(sol) == pytest.approx(np.degrees(persson.half_angle), abs=0.6)
+        assert sol.max_pressure == pytest.approx(persson.peak_pressure, rel=5e-4)
+    assert slipping.elements["stick"] == 0
+    centre = np.sum(slipping.pressure[0] * slipping.grid.x) / slipping.pressure.sum()
+    assert np.degrees(centre / example.RADIUS) < -3

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact import energy
 from varcontact.reference import pin_in_hole
 
 STEEL = vc.Bodies(G=80e9, nu=0.3)
@@ -88,10 +89,10 @@ def test_a_rigid_body_leaves_half_of_the_compliance():
 
 def test_energies_of_a_pin_are_equal_at_the_solution():
     """Potential and complementary energy of its pressures, at the approach that its force makes."""
-    posed = vc.energy.posed(vc.solve(pin(clearance_of(60)), accuracy=1e-2))
+    posed = energy.posed(vc.solve(pin(clearance_of(60)), accuracy=1e-2))
     energies = [
         each(posed.normal, posed.pressure)
-        for each in (vc.energy.potential_energy, vc.energy.complementary_energy)
+        for each in (energy.potential_energy, energy.complementary_energy)
     ]
     assert energies[0] == pytest.approx(energies[1], rel=1e-9)
 
@@ -237,6 +238,7 @@ BAD = {
         lambda: vc.solve(turned_line(0.6)),
         lambda: vc.SampledDistance(np.zeros(3), reference_depth=1.0, inclination_x=[0.0, 0.5, 1.0]),
         lambda: vc.SampledDistance(np.zeros((2, 3)), inclination_x=[0.0, 0.1]),
+        lambda: replace(turned_line(1.5), grid=vc.Grid(nx=4, dx=0.6, x0=-1.2)),
         lambda: vc.SampledDistance(np.zeros((2, 3)), inclination_x=[0.0, 0.1, np.nan]),
     ],
     "surface.inclination": [lambda: vc.SampledDistance(np.zeros(3), inclination=[0.0])],

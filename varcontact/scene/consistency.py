@@ -24,6 +24,7 @@ from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.pin import CLEARANCE_MAX, PinInHole
 from varcontact.scene.surfaces import (
+    STEP_TURN_MAX,
     Cylinders,
     Ellipse,
     Paraboloids,
@@ -301,8 +302,26 @@ def _check_tractions(scene: Scene) -> None:
             raise SceneError("grid.tractions", f'"linear" with {name}', allowed)
 
 
+def _check_turns(scene: Scene) -> None:
+    """A curved surface turns by no more from element to element than influence numbers hold."""
+    surface = scene.surface
+    grid = scene.grid
+    if not isinstance(surface, SampledDistance) or not isinstance(grid, Grid) or not grid.explicit:
+        return
+    for name, angles in (
+        ("inclination", surface.inclination_at(grid)),
+        ("inclination_x", surface.inclination_x_at(grid)),
+    ):
+        turn = float(np.max(np.abs(np.diff(angles)), initial=0.0))
+        if turn > STEP_TURN_MAX:
+            value = f"a turn by {turn:.3g} rad from element to element"
+            allowed = f"at most {STEP_TURN_MAX:g} rad: give smaller elements, or a larger radius"
+            raise SceneError(f"surface.{name}", value, allowed)
+
+
 def _check_conformal(scene: Scene) -> None:
     """Conformal contact has no history, and no prescribed force along an axis that is curved."""
+    _check_turns(scene)
     motion = scene.motion
     if isinstance(motion, TimeStep | Transient):
         raise SceneError(
