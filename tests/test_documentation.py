@@ -5,6 +5,7 @@ show.
 import importlib.util
 import re
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -98,18 +99,15 @@ def test_what_the_shell_is_to_run_is_there(page):
 
 
 def test_ci_runs_what_the_readme_says():
-    """The main job, and the tests, in an environment made as it says."""
-    commands = [
-        line
-        for block in pages.blocks(ROOT / "README.md")
-        if block.language == "sh"
-        for line in block.code.splitlines()
-    ]
-    job = (ROOT / ".ci" / "run").read_text()
-    for command in ("python examples/wheel_on_rail.py", "python -m pytest"):
-        assert command in commands
-        assert command in job
-    assert any('pip install -e ".[test]"' in command for command in commands)
+    """It takes the two commands of the section Install from the page: main job and tests."""
+    taken = re.search(r"mapfile .* < <\((sed .*) README\.md\)", (ROOT / ".ci" / "run").read_text())
+    command = f"{taken.group(1)} {ROOT / 'README.md'}"
+    found = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True)
+    install, tests = found.stdout.splitlines()
+    assert 'pip install -e ".[test]" && python examples/wheel_on_rail.py' in install
+    assert tests == "python -m pytest"
+    (block,) = [each for each in pages.blocks(ROOT / "README.md") if each.language == "sh"][:1]
+    assert block.code.splitlines() == [install, tests]
 
 
 def test_the_scene_file_on_the_page_is_the_scene(tmp_path):
@@ -141,3 +139,9 @@ def test_modules_documented_under_another_name_can_be_imported():
             name for name, value in vars(renamed).items() if getattr(value, "__module__", "") == new
         ]
         assert own and all(getattr(module, name) is getattr(renamed, name) for name in own)
+
+
+def test_the_page_on_versions_has_all_renamed_modules():
+    page = (ROOT / "docs" / "versions.md").read_text()
+    for former, now in vc._RENAMED.items():
+        assert f"`{former}`" in page and f"`{now}`" in page

@@ -16,6 +16,7 @@ from typing import Any, ClassVar, ParamSpec, Self, TypeVar
 import numpy as np
 
 from varcontact.errors import SceneError, shortened
+from varcontact.system.progress import shown_progress
 
 SMALL = 1e-100
 LARGE = 1e100
@@ -237,10 +238,12 @@ def flag(field: str, value: Any) -> bool:
 
 
 def progress(value: Any) -> Callable[[Any], None]:
-    """The function that is called with the name of each stage; for None one that does nothing."""
-    if value is None:
+    """The function that is called with the name of each stage; for None and false one that does
+    nothing.
+    """
+    if value is None or value is False:
         return lambda stage: None
-    refusal = SceneError("progress", value, "None, or a function of one string")
+    refusal = SceneError("progress", value, "true, false, or a function of one string")
     if not callable(value) or isinstance(value, type):
         raise refusal
     # of a function that is built in the signature may not be known
@@ -322,13 +325,17 @@ def named_options(handed_on: HandedOn = _nothing) -> Callable[[Callable[P, R]], 
 
     def checking(function: Callable[P, R]) -> Callable[P, R]:
         own = frozenset(options_of(function))
+        call: Callable[..., R] = function
 
         @functools.wraps(function)
         def checked(*args: P.args, **options: P.kwargs) -> R:
             if not own.issuperset(options):
                 names = options_of(checked, **options)
                 _refuse_others(function.__qualname__, names, options)
-            return function(*args, **options)
+            if options.get("progress") is not True:
+                return function(*args, **options)
+            with shown_progress() as show:
+                return call(*args, **{**options, "progress": show})
 
         checked.handed_on = handed_on  # type: ignore[attr-defined]
         return checked

@@ -175,11 +175,12 @@ def test_progress_is_a_function():
             vc.solve(dataclasses.replace(scene, motion=motion), progress=3)
         assert (
             str(refused.value)
-            == "progress = 3 is not allowed: must be None, or a function of one string"
+            == "progress = 3 is not allowed: must be true, false, or a function of one string"
         )
         for other in (object, lambda: None):
             with pytest.raises(
-                vc.SceneError, match=r"progress = .* must be None, or a function of one string"
+                vc.SceneError,
+                match=r"progress = .* must be true, false, or a function of one string",
             ):
                 vc.solve(dataclasses.replace(scene, motion=motion), progress=other)
 

@@ -180,3 +180,17 @@ def test_long_series_are_extrapolated_within_their_bars():
         inside += abs(value - 1) < bar
         assert bar < 0.02
     assert inside >= 36
+
+
+def test_a_scene_of_ones_own_has_values_with_bars():
+    """Against the values of the package's own file; a trade-off takes the scene itself."""
+    known = vc.continuum_values()["line, creepage 0.3"]
+    (own,) = vc.continuum_values(known.scene).values()
+    assert own.units == pytest.approx(known.units)
+    for name in own.units:
+        apart = abs(own.values[name] - known.values[name])
+        assert apart <= own.bars[name] + known.bars[name], name
+        assert own.bars[name] <= 2e-3 * own.units[name]
+    study = vc.tradeoff(known.scene, ["auto"], cells=[8, 16])
+    same = vc.tradeoff({"scene": known}, ["auto"], cells=[8, 16])
+    assert study.runs["error"].tolist() == pytest.approx(same.runs["error"].tolist(), abs=2e-3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import pairwise
@@ -22,6 +22,7 @@ from varcontact.benchmark.trials import GROUPS, OUTCOMES, Process, Trial, trials
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable
 from varcontact.html import Reported
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
+from varcontact.system.progress import Progress
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,7 +53,7 @@ def benchmark_solvers(
     tols: ArrayLike = TOLS,
     limit: float = 10.0,
     store: str | Path | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
 ) -> SolverComparison:
     """Compare solvers on the set of contact problems: each from its data, on one thread, judged by
     our residual and gap.
@@ -72,7 +73,7 @@ def benchmark_solvers(
         tighter tolerances are not tried.
     store : str or Path, optional
         A CSV file, written after each solver. What it holds is not measured again.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with problem and solver.
 
     Returns

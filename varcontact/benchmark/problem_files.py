@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from varcontact.solvers.interface import Settings, better, natural_residual
 from varcontact.solvers.registry import SOLVERS, Kind
 from varcontact.system.files import write_whole
 from varcontact.system.process import one_blas_thread
+from varcontact.system.progress import Progress
 
 TOL = 1e-10
 """Residual of the solutions."""
@@ -39,7 +40,7 @@ def save_problems(
     folder: str | Path,
     problems: Mapping[str, BenchmarkProblem] | None = None,
     *,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
 ) -> list[Path]:
     """Write the problems on which solvers are compared to a folder, with their solutions to 1e-10,
     for authors of solvers: read without this package, a test set of qpbenchmark, CVXPY problems.
@@ -50,7 +51,7 @@ def save_problems(
         A new or empty one, or one that was written so, whose files are replaced.
     problems : dict of str to BenchmarkProblem, optional
         Some of `benchmark_problems()`; all of them, if not given.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with the name of a problem.
 
     Returns

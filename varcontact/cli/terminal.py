@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from varcontact.errors import Interrupted, OutputError, SceneError, WorkersLost
+from varcontact.system.progress import shown_progress
 
 BAD_INPUT = 2
 NOT_SOLVED = 3
@@ -32,15 +33,9 @@ def progress_line() -> Iterator[Callable[[object], None]]:
 
     What solvers print goes to standard error, too.
     """
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    with contextlib.redirect_stdout(sys.stderr):
-        if not console.is_terminal:
-            yield lambda stage: None
-            return
-        with console.status("reading") as status:
-            yield lambda stage: status.update(str(stage))
+    with contextlib.redirect_stdout(sys.stderr), shown_progress() as show:
+        show("reading")
+        yield show
 
 
 def study(

@@ -87,7 +87,7 @@ def make_table_book(
     workers: int = 1,
     out: str | Path | None = None,
     overwrite: bool = False,
-    progress: Callable[[Standing], None] | None = None,
+    progress: Callable[[Standing], None] | bool | None = None,
 ) -> TableBook:
     """Compute a table book.
 
@@ -109,7 +109,7 @@ def make_table_book(
         it, from which the same call resumes.
     overwrite : bool
         Whether to replace a file that is no table book.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with the `Standing` of each sweep, of which there is one for each
         grid.
 

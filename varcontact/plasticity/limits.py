@@ -28,6 +28,7 @@ from varcontact.results.solution import Solution
 from varcontact.results.stress import Body, Patch, body_names, side_of, solution_of
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
+from varcontact.system.progress import Progress
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -204,7 +205,7 @@ def shakedown(
     hardening: Hardening = "none",
     gap: float | None = 0.02,
     elastic: ElasticStress | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
 ) -> Shakedown:
     """Bounds on the shakedown limit of a contact that rolls over the same track again and again.
 
@@ -225,7 +226,7 @@ def shakedown(
     elastic : callable, optional
         Elastic stress (3, 3, ...) at points (3, ...), in the scene's axes and at the solution's
         load, in place of that of the solution's tractions.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with what is solved next.
 
     Returns

@@ -384,7 +384,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         return _inclination_at(self.y, self.inclination, grid.y)
 
     def inclination_x_at(self, grid: Grid) -> np.ndarray:
-        """The same of each column, shape (nx,)."""
+        """The same of each column of a `grid`, shape (nx,)."""
         return _inclination_at(self.x, self.inclination_x, grid.x)
 
     def frames(self, grid: Grid) -> np.ndarray | None:

@@ -36,6 +36,7 @@ from varcontact.solving.selection import (
     select,
     taken_apart,
 )
+from varcontact.system.progress import Progress
 
 TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
@@ -61,7 +62,7 @@ class Options(TypedDict, total=False):
     polish: bool | None
     start: Literal["stick", "slip"] | Solution | None
     certify: CertifyName | None
-    progress: Callable[[str], None] | None
+    progress: Progress
     store: str | Path | None
     accuracy: float | None
     time_budget: float | None
@@ -81,7 +82,7 @@ class Arguments:
     store: str | Path | None = None
     accuracy: float | None = None
     time_budget: float | None = None
-    progress: Callable[[str], None] | None = None
+    progress: Progress = None
     trace: bool = False
 
 

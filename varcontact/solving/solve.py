@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack, overload
@@ -25,6 +24,7 @@ from varcontact.solving.options import TOLERANCE, Options, SolveOptions
 from varcontact.solving.own_solvers import SolverChoice
 from varcontact.solving.selection import CouplingName, Methods, select
 from varcontact.system.process import one_blas_thread
+from varcontact.system.progress import Progress
 
 if TYPE_CHECKING:
     from varcontact.results.frequency import HarmonicSolution
@@ -76,7 +76,7 @@ def solve(
     start: str | Solution | None = None,
     certify: str | None = "auto",
     refine: object = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
     store: str | Path | None = None,
     accuracy: float | None = None,
     time_budget: float | None = None,
@@ -153,7 +153,7 @@ def solve(
         with friction and "gap" beyond. The report says what is left out.
     refine : None
         Refused: `accuracy`, without a grid, takes its place.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with the name of each stage as it starts; in a history, with the
         number of steps done.
     store : str or Path, optional

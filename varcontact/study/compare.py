@@ -4,7 +4,7 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, ClassVar
@@ -23,6 +23,7 @@ from varcontact.study.csv_table import Table, cell, columns_of_text, identity, o
 from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures, neighbour
 from varcontact.study.parallel import Execution
 from varcontact.study.parameters import named_scenes
+from varcontact.system.progress import Progress
 
 COLUMNS = (
     "scene", "method", "outcome", "reason", "Fx", "Fy", "Mz", "vx", "vy", "spin", "approach",
@@ -58,7 +59,7 @@ def compare(
     *,
     tol: float = 1e-6,
     store: str | Path | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
     accuracy: float | None = None,
     time_budget: float | None = None,
     executor: Executor | None = None,
@@ -85,7 +86,7 @@ def compare(
     store : str or Path, optional
         A CSV file, written after each scene. Scenes that it holds are not
         solved again.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with the scene.
     accuracy, time_budget : float, optional
         As for `solve`, for scenes without a grid of their own: they are

@@ -4,7 +4,7 @@ cost.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -27,6 +27,7 @@ from varcontact.study.convergence import COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity, of_another
 from varcontact.study.methods import BOUNDS, Method, attempted, figures
 from varcontact.study.parallel import Execution, traced
+from varcontact.system.progress import Progress
 
 DEFAULT_METHOD = "tang-safeguarded"
 TANGENTIAL = (
@@ -55,7 +56,7 @@ def converge(
     offsets: int = 4,
     tol: float = 1e-6,
     store: str | Path | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
     executor: Executor | None = None,
     workers: int = 1,
 ) -> Convergence:
@@ -80,7 +81,7 @@ def converge(
     store : str or Path, optional
         A CSV file, written after each solve. Solves that it holds are not
         repeated. More grids, methods or offsets may be added.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with what is solved next.
     executor, workers
         As for `sweep`. Solves are then finished in any order, and their seconds

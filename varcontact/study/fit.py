@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from varcontact.results.error_estimate import with_bar
 from varcontact.scene.scene import Scene
 from varcontact.study.parameters import changed
 from varcontact.study.scan import creep_curve
+from varcontact.system.progress import Progress
 from varcontact.theories.creep_forces import OPTIONS
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ def fit_creep_curve(
     Fy: Any = None,
     method: str = "auto",
     sigma: float | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
 ) -> CreepCurveFit:
     """Fit entries of a scene, or options of a theory, to a measured creep curve.
 
@@ -159,7 +160,7 @@ def fit_creep_curve(
     sigma : float, optional
         Standard error of a measured force [force]; by default that of the
         residuals.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with one line of text for each curve that is computed.
 
     Returns

@@ -5,7 +5,7 @@ one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
@@ -34,6 +34,7 @@ from varcontact.solving.options import TOLERANCE, SolveOptions, check_saturation
 from varcontact.solving.solve import certify as certificate
 from varcontact.solving.solve import solve
 from varcontact.study.methods import BOUNDS, figures
+from varcontact.system.progress import Progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +58,7 @@ def solve_many(
     fields: bool = False,
     start: xr.Dataset | None = None,
     failures: Literal["raise", "keep"] = "raise",
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Forces, moments and creepages of many scenes, with a certificate for each.
 
@@ -91,7 +92,7 @@ def solve_many(
     failures : {"raise", "keep"}
         Whether a scene that cannot be solved ends the call, by an error that
         names it as ``scenes[17]``, or has NaN, and the reason in `message`.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with one line of text for each batch.
 
     Returns

@@ -10,19 +10,23 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from varcontact import checks
 from varcontact.data.benchmark_scenes import reference_scenes
 from varcontact.errors import SceneError
-from varcontact.results.quantities_of_interest import error
+from varcontact.results.quantities_of_interest import error, units
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.solving.solve import solve
 from varcontact.system.files import text_of
 
 VERSION = 1
 """Version of the file of references."""
 COMMAND = "python -m tests.benchmarks.references"
 FILE = "references.json"
+OWN_ACCURACY = 1e-3
+"""Accuracy of the values of a scene of one's own."""
 STEPS = (0, 5, 11)
 """The steps of histories whose values are kept."""
 
@@ -74,14 +78,19 @@ class ContinuumValues:
 
 
 @checks.named_options()
-def continuum_values(path: str | Path | None = None) -> dict[str, ContinuumValues]:
+def continuum_values(
+    path: str | Path | Scene | None = None, *, accuracy: float = OWN_ACCURACY
+) -> dict[str, ContinuumValues]:
     """Scenes by name with their continuum values, from the package's own file.
 
     Parameters
     ----------
-    path : str or Path, optional
+    path : str, Path or Scene, optional
         Another file, made by ``python -m tests.benchmarks.references`` in the
-        repository.
+        repository; or a scene of one's own, without a grid, which is solved to
+        an accuracy, and is called "scene".
+    accuracy : float
+        Of the solve of a scene of one's own: its estimated errors are the bars.
 
     Returns
     -------
@@ -90,7 +99,8 @@ def continuum_values(path: str | Path | None = None) -> dict[str, ContinuumValue
     Raises
     ------
     SceneError
-        If the file is none of references, or of another version of them.
+        If the file is none of references, or of another version of them; for a
+        scene that `solve` takes no accuracy for.
 
     Examples
     --------
@@ -100,10 +110,28 @@ def continuum_values(path: str | Path | None = None) -> dict[str, ContinuumValue
     >>> print(len(bank) >= 60, f"{carter.values['Fx'] / 0.3:.4f}", carter.bar < 1e-5)
     True -0.5100 True
     """
+    if isinstance(path, Scene):
+        return {"scene": _of_own_scene(path, accuracy)}
     if path is None:
         return dict(read(files("varcontact.data").joinpath(FILE).read_text(encoding="utf-8"), FILE))
     name = checks.file_name("path", path)
     return dict(read(text_of("path", name, kind="a file of references"), str(name)))
+
+
+def _of_own_scene(scene: Scene, accuracy: float) -> ContinuumValues:
+    """Values of a scene by a solve to an accuracy, with its error bars."""
+    solution: Any = solve(scene, accuracy=accuracy)
+    estimate = solution.error_estimate
+    steps = steps_of(scene)
+    return ContinuumValues(
+        scene=scene,
+        values=estimate.values,
+        bars=estimate.bars,
+        units=units(solution, steps or None),
+        kind="scene of one's own",
+        how=f"accuracy={accuracy:g}",
+        steps=steps,
+    )
 
 
 Reference = ContinuumValues

@@ -4,7 +4,7 @@ and 22 to 24).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -29,6 +29,7 @@ from varcontact.solving.selection import CouplingName, FormulationName, MethodNa
 from varcontact.solving.warm_start import Series, solve_in_turn
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
+from varcontact.system.progress import Progress
 from varcontact.theories.creep_forces import VECTORISED, creep_forces
 from varcontact.theories.on_grid import why_not
 
@@ -57,7 +58,7 @@ def scan(
     certify: CertifyName | None = "gap",
     executor: Executor | None = None,
     workers: int = 1,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
     accuracy: float | None = None,
     time_budget: float | None = None,
 ) -> list[Solution]:
@@ -79,7 +80,7 @@ def scan(
     executor, workers
         Where they are solved, as for `sweep`, in chunks of eight; only within a
         chunk is a solution the initial guess of another.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with the name of each stage, or, for other processes, with the
         number of creepages done.
     accuracy, time_budget : float, optional
@@ -140,7 +141,7 @@ def scan(
 def scanned(
     scene: Scene,
     creepages: np.ndarray,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
     **options: Any,
 ) -> Iterator[Solution]:
     """The solutions of a `scan`, with its options, one after the other. Arguments are checked
@@ -182,7 +183,7 @@ def creep_curve(
     vx: Any = None,
     vy: Any = None,
     spin: Any = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Forces and moment against creepages, by several methods.
 
@@ -200,7 +201,7 @@ def creep_curve(
     vx, vy, spin : float or array_like, optional
         Creepages, which broadcast to one dimension, one at least; the scene's
         own where not given.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with one line of text for each method.
 
     Returns

@@ -127,7 +127,7 @@ def sweep(
     executor: Executor | None = None,
     workers: int = 1,
     store: str | Path | None = None,
-    progress: Callable[[Standing], None] | None = None,
+    progress: Callable[[Standing], None] | bool | None = None,
     accuracy: float | None = None,
     time_budget: float | None = None,
 ) -> xr.Dataset:
@@ -158,7 +158,7 @@ def sweep(
         A netCDF file (.nc) to which results are written as they come, which
         `xarray.open_dataset` opens at any time. Called again with the same
         scenes and settings, on any executor, the sweep resumes from it.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with a `Standing` after every chunk, which as a string says how
         many scenes are done and the time left.
     accuracy, time_budget : float, optional

@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
@@ -33,6 +33,7 @@ from varcontact.study.csv_table import Table, cell, columns_of_text, identity, p
 from varcontact.study.methods import failure, neighbour
 from varcontact.study.parallel import Execution, traced
 from varcontact.study.references import ContinuumValues, continuum_values
+from varcontact.system.progress import Progress
 from varcontact.theories.on_grid import THEORIES
 
 if TYPE_CHECKING:
@@ -87,12 +88,12 @@ def _linear_ways() -> list[Way]:
 
 @checks.named_options()
 def tradeoff(
-    scenes: Mapping[str, ContinuumValues] | None = None,
+    scenes: Mapping[str, ContinuumValues] | Scene | None = None,
     methods: Iterable[str | Way] | None = None,
     *,
     cells: Iterable[int] = CELLS,
     store: str | Path | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
     executor: Executor | None = None,
     workers: int = 1,
 ) -> Tradeoff:
@@ -100,8 +101,9 @@ def tradeoff(
 
     Parameters
     ----------
-    scenes : dict of str to ContinuumValues, optional
-        Some of `continuum_values()`; all of them, if not given.
+    scenes : dict of str to ContinuumValues, or Scene, optional
+        Some of `continuum_values()`; all of them, if not given; or a scene of
+        one's own, without a grid.
     methods : iterable of str or Way, optional
         Ways, or names of tangential methods and theories, which are tried with
         each number of elements, or "accuracy", for accuracies of 10 to 0.1 %;
@@ -112,7 +114,7 @@ def tradeoff(
     store : str or Path, optional
         A CSV file, written after each scene. What it holds is not measured
         again.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with the scene.
     executor, workers
         As for `sweep`. Scenes are then finished in any order, and their seconds
@@ -150,6 +152,8 @@ def tradeoff(
     >>> bool((study.runs["error"] < [0.06, 0.03]).all())
     True
     """
+    if isinstance(scenes, Scene):
+        scenes = continuum_values(scenes)
     if not isinstance(scenes, Mapping | None):
         raise SceneError(
             "scenes", scenes, "a dict of names and references, as continuum_values() has them"

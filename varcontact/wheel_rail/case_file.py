@@ -34,6 +34,7 @@ from varcontact.io.toml_tables import (
 from varcontact.scene.friction_laws import LAWS
 from varcontact.study.csv_table import Table, of_another
 from varcontact.study.parallel import opened, results
+from varcontact.system.progress import Progress
 from varcontact.wheel_rail.doubts import warn
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
@@ -244,7 +245,7 @@ def _sequence(entries: dict[str, Any]) -> list[dict[str, Any]]:
 def solve_cases(
     file: CaseFile,
     store: str | Path | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
     solved: Callable[[WheelRailSolution | WheelSetSolution], None] | None = None,
     *,
     workers: int = 1,
@@ -260,7 +261,7 @@ def solve_cases(
         solved again. Of many with `dx` or `dy`, groups of up to 128 are solved
         side by side, and one that was begun is solved again as a whole: the
         table has the same bytes as without an interruption.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with the progress before each wheel; of many with `dx` or `dy`,
         which are solved side by side, after it.
     solved : callable, optional

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.plausibility import warn
+from varcontact.system.progress import Progress
 from varcontact.wheel_rail.plausibility import of_yield_stress
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
@@ -200,7 +201,7 @@ def wear_down(
     passages: float,
     steps: int = 5,
     smoothing: float = 2.0,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
     **methods: Any,
 ) -> list[Profile]:
     """Profiles worn step by step: after each, contacts are those of the new profile.
@@ -215,7 +216,7 @@ def wear_down(
         Of each case, in all.
     steps : int
         In which these are divided.
-    progress : callable, optional
+    progress : callable or true, optional
         Told how far it is.
     **methods
         Of `solve`.

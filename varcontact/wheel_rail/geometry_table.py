@@ -5,7 +5,6 @@ displacement and yaw, with the forces of fast theories.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +16,7 @@ from varcontact.errors import NoContact, NotConverged, SceneError, VarcontactErr
 from varcontact.io.labelled import Labelled
 from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
+from varcontact.system.progress import Progress
 from varcontact.theories.creep_forces import TheoryName, elastic, formula_of, theory_options
 from varcontact.theories.linear import Contact
 from varcontact.wheel_rail.conicity import equivalent_conicity as equivalent_conicity
@@ -277,7 +277,7 @@ def geometry_table(
     friction: float = 0.3,
     bodies: Bodies = STEEL,
     normal: str = "virtual-penetration",
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
 ) -> GeometryTable:
     """Tabulate the contacts of a wheel set by `WheelOnRail.estimate`.
 
@@ -294,7 +294,7 @@ def geometry_table(
     bodies : Bodies
     normal : {"virtual-penetration", "analyn", "hertz"}
         Which ellipse stands for a patch, see `WheelOnRail.estimate`.
-    progress : callable, optional
+    progress : callable or true, optional
         Told how far it is.
 
     Raises

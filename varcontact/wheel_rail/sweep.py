@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from itertools import product
 from pathlib import Path
@@ -14,6 +14,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.study.parameters import changed, varied_values
 from varcontact.system.process import imported
+from varcontact.system.progress import Progress
 from varcontact.wheel_rail import quantities
 from varcontact.wheel_rail.case_file import CaseFile, solve_cases
 from varcontact.wheel_rail.quantities import KEYS
@@ -45,7 +46,7 @@ def sweep_wheel_sets(
     workers: int = 1,
     executor: Executor | None = None,
     store: str | Path | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = None,
     **methods: Any,
 ) -> xr.Dataset:
     """Solve wheel sets for all combinations of values.
@@ -69,7 +70,7 @@ def sweep_wheel_sets(
     store : str or Path, optional
         A table (.csv), written after each case; called again, the sweep resumes
         from it.
-    progress : callable, optional
+    progress : callable or true, optional
         Called with the progress.
     **methods
         Of `WheelSetOnTrack.solve`, or of `estimate`.

@@ -1,0 +1,47 @@
+"""Progress of long work, shown in terminals and notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+Progress = Callable[[str], None] | bool | None
+"""What users give: a function of one string, or true for a line that is shown."""
+
+
+@contextmanager
+def shown_progress() -> Iterator[Callable[[Any], None]]:
+    """A function that shows the stage on standard error of a terminal, or below the cell of a
+    notebook; elsewhere, and beside another one, it shows nothing.
+    """
+    from rich.console import Console
+    from rich.errors import LiveError
+    from rich.text import Text
+
+    console = Console(stderr=True)
+    if console.is_jupyter:
+        yield _in_notebook()
+        return
+    status = console.status("")
+    shows = console.is_terminal
+    try:
+        if shows:
+            status.start()
+    except LiveError:
+        shows = False
+    if not shows:
+        yield lambda stage: None
+        return
+    try:
+        yield lambda stage: status.update(Text(str(stage)))
+    finally:
+        status.stop()
+
+
+def _in_notebook() -> Callable[[Any], None]:
+    """A function that replaces one output of a cell."""
+    from IPython.display import display
+
+    output = display({"text/plain": ""}, raw=True, display_id=True)
+    return lambda stage: output.update({"text/plain": str(stage)}, raw=True)
