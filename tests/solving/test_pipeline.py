@@ -125,6 +125,35 @@ def test_refinement_never_spoils_an_answer(rolling, monkeypatch):
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-6
 
 
+ATTEMPTS = {
+    "auto": ["tang-safeguarded", "splitting"],
+    "kalker": ["tang-exact"],
+    "conic": ["clarabel", "splitting"],
+    "convex": ["splitting"],
+}
+
+
+@pytest.mark.parametrize("method", ATTEMPTS)
+def test_the_plan_has_the_attempts_and_solvers_are_called_in_their_order(rolling, method):
+    plan = select(rolling(grid=GRID), vc.Methods(method=method))
+    names = [attempt.solver for attempt in plan.attempts("tangential")]
+    assert names == ATTEMPTS[method]
+    _, _, calls = solved(rolling(grid=GRID), method=method)
+    assert list(calls) == names[: len(calls)]
+    assert not plan.attempts("normal")  # a closed form
+
+
+def test_attempts_of_a_polished_program():
+    """Programs more and more exact, active sets from each, and in the end on their own."""
+    attempts = Plan("osqp", "none", "none").attempts("normal")
+    assert [attempt.solver for attempt in attempts] == ["norm", *3 * ["osqp", "norm"], "norm"]
+    assert [attempt.begin for attempt in attempts[::7]] == ["only given", "none"]
+    asked = [attempt.asked(1e-8) for attempt in attempts if attempt.solver == "osqp"]
+    assert asked == [1e-2, 1e-4, 1e-6]
+    [only] = Plan("osqp", "none", "none").attempts("normal", polish=False)
+    assert only.asked(1e-8) == 1e-10
+
+
 # ---------------------------------------------------------------------- The coupling loop by itself
 
 

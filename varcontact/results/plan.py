@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 from varcontact.discrete.contact_grid import PotentialContact
 from varcontact.discrete.state import cells_of
@@ -14,6 +15,22 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import Kind, SolverSpec, solver_spec
 from varcontact.system import process
 from varcontact.theories.on_grid import THEORIES, Theory
+
+UNPOLISHED = 1e-2
+"""Part of the tolerance that is asked of a solver whose answer no active set improves."""
+POLISH_TOLS = (1e-2, 1e-4, 1e-6)
+"""Accuracies asked of a solver of programs, each where the one before is not enough for active
+sets."""
+CONIC_TOL = 1e-6
+"""Accuracy asked of a solver of programs whose answer is refined by splitting."""
+ACTIVE_SETS: dict[Kind, str] = {"normal": "norm", "tangential": "tang-safeguarded"}
+"""Solvers that polish the answers of programs."""
+POLISHED_TOL = 1e-9
+"""Residual at which a polished answer is not improved any more."""
+
+Begin = Literal["given", "only given", "last", "best", "none"]
+"""Where an attempt begins: at the start that is given, if one is; at that one, or it is not made;
+at the last answer; at the best one; on its own."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +112,49 @@ class Cost:
     tangential: str  # its solvers
     seconds: float | None  # on one core; None where it is not known
     bytes: float  # at the peak
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One call of a solver on the way to an answer, made while the best answer is not good enough.
+
+    Attributes
+    ----------
+    solver : str
+    begin : {"given", "only given", "last", "best", "none"}
+        At the start that is given, if one is; at that one, or the attempt is not made; at the
+        last answer; at the best answer; on its own.
+    part, least : float
+        It is asked for the tolerance times `part`, or for `least` where that is more.
+    until : float
+        Residual of the best answer, if below the tolerance, at which the attempt is left out.
+    polishes : bool
+        Whether it only improves on the last answer, whose number of iterations is kept.
+    judged : bool
+        Whether its answer may be the final one, not only a start.
+    marches : bool
+        Whether the solver is called for each step of a march.
+    reason : str
+        Why its answer was taken, with the solver before in place of ``{}``.
+    """
+
+    solver: str
+    begin: Begin = "given"
+    part: float = 1.0
+    least: float = 0.0
+    until: float = math.inf
+    polishes: bool = False
+    judged: bool = True
+    marches: bool = False
+    reason: str = ""
+
+    def asked(self, tol: float) -> float:
+        """Accuracy that it is asked for."""
+        return max(self.part * tol, self.least)
+
+    def enough(self, tol: float) -> float:
+        """Residual of the best answer at which it is not made."""
+        return min(tol, self.until)
 
 
 @dataclass(frozen=True)
@@ -202,6 +262,32 @@ class Plan(Reported):
         spec = self.solver_of(problem)
         return spec is not None and spec.states_program
 
+    def attempts(self, problem: Kind, polish: bool = True) -> tuple[Attempt, ...]:
+        """The solvers that are tried on one of the two problems, in their order; none in closed
+        form, by a theory, or without a problem.
+
+        Parameters
+        ----------
+        problem : {"normal", "tangential"}
+        polish : bool
+            Whether active sets polish the answers of programs, see `solve`.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0),
+        ...     normal_force=1.0, friction=0.3, motion=vc.Steady(vx=0.05))
+        >>> for attempt in vc.plan(scene, method="conic").attempts("tangential"):
+        ...     print(attempt.solver, attempt.begin, attempt.asked(1e-8))
+        clarabel given 1e-06
+        splitting last 1e-10
+        """
+        spec = self.solver_of(problem)
+        if spec is None:
+            return ()
+        return _attempts_by(spec, problem, self.method, self.formulation, polish)
+
     def cells(self, scene: Scene) -> Cells:
         """Parts of an element along y and x on which the pressure is solved
         for; (1, 1): on the elements, or nowhere.
@@ -292,6 +378,62 @@ class Plan(Reported):
             rows.append((heading, _words_of_cost(cost)))
             heading = ""
         return in_rows("Plan", rows)
+
+
+def _attempts_by(
+    spec: SolverSpec, problem: Kind, method: str, formulation: str, polish: bool
+) -> tuple[Attempt, ...]:
+    """The attempts at one of the two problems by a solver under a plan's method and formulation."""
+    marches = problem == "tangential" and formulation == "marching"
+    own = Attempt(spec.name, marches=marches)
+    if not spec.states_program:
+        return _with_fallback(spec, problem, own, method)
+    if method == "conic":
+        return _refined(own)
+    if polish:
+        return _polished(own, ACTIVE_SETS[problem])
+    return (replace(own, part=UNPOLISHED),)
+
+
+def _with_fallback(
+    spec: SolverSpec, problem: Kind, own: Attempt, method: str
+) -> tuple[Attempt, ...]:
+    """The solver, then splitting from its answer, but for methods as printed and marches."""
+    if problem == "tangential" and not spec.matrix_free:
+        own = replace(own, part=UNPOLISHED)
+    if not spec.falls_back or method == "kalker" or own.marches:
+        return (own,)
+    missed = "{} missed the tolerance, splitting was used"
+    return own, Attempt("splitting", "best", part=own.part, reason=missed)
+
+
+def _refined(program: Attempt) -> tuple[Attempt, ...]:
+    """A program, refined by splitting."""
+    refinement = Attempt(
+        "splitting",
+        "last",
+        part=UNPOLISHED,
+        until=0.0,
+        polishes=True,
+        reason="{}, refined by splitting",
+    )
+    return replace(program, least=CONIC_TOL), refinement
+
+
+def _polished(program: Attempt, active_sets: str) -> tuple[Attempt, ...]:
+    """Active sets from the given start, then from the answers of programs that are no more exact
+    than they need.
+
+    Near saturation they can be lost beside the solution, where almost nothing sticks: in the end
+    they begin on their own.
+    """
+    polish = Attempt(active_sets, "last", until=POLISHED_TOL, polishes=True)
+    attempts = [replace(polish, begin="only given")]
+    for accuracy in POLISH_TOLS:
+        rough = replace(program, part=0.0, least=accuracy, until=POLISHED_TOL, judged=False)
+        attempts += [rough, polish]
+    attempts.append(replace(polish, begin="none", until=math.inf))
+    return tuple(attempts)
 
 
 def _words_of_cost(cost: Cost) -> str:

@@ -1,28 +1,20 @@
-"""The attempts at a problem, in their order: the plan's solver, what refines
-its answer, and what takes over.
+"""The best answer of the attempts that a plan has at a problem, see `Plan.attempts`.
 
-The next attempt is made where the best answer so far misses the tolerance, a
-natural-map residual. Each call of a solver is counted under its own name.
-
-- By active sets, Newton's method or splitting: the solver. From the best answer of NORM, of the
-  safeguarded TANG and of Newton's method splitting takes over, but for the method "kalker".
-- By a program: tractions that stick all over or NORM and TANG from a start, the program polished by
-  these; or, unpolished, the program asked for a hundredth of the tolerance; by the method "conic"
-  the program refined by splitting. Where the gap is not convex TANG takes the program's place, or
-  the formulation is refused.
+An attempt is made where the best answer so far misses what is wanted of it, by the residual of the
+natural map. Each call of a solver is counted under its own name. Where the gap is not convex, TANG
+takes the program's place, or the formulation is refused.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.errors import SceneError
-from varcontact.results.plan import Plan
+from varcontact.results.plan import Attempt, Plan
 from varcontact.solvers.active_set.tang import no_slip
 from varcontact.solvers.interface import (
     Settings,
@@ -31,22 +23,9 @@ from varcontact.solvers.interface import (
     counted,
     natural_residual,
 )
-from varcontact.solvers.registry import (
-    Kind,
-    SolverSpec,
-    solver,
-)
+from varcontact.solvers.registry import Kind, SolverSpec, solver
 from varcontact.system.process import SMALLER, need
 
-UNPOLISHED = 1e-2
-"""Part of the tolerance that is asked of a solver whose answer no active set improves."""
-POLISH_TOLS = (1e-2, 1e-4, 1e-6)
-"""Accuracies asked of a solver of programs, each where the one before is not enough for active
-sets."""
-CONIC_TOL = 1e-6
-"""Accuracy asked of a solver of programs whose answer is refined by splitting."""
-POLISHED_TOL = 1e-9
-"""Residual at which a polished answer is not improved any more."""
 MARCH_STEPS_MAX = 2000
 """Steps of a march at most."""
 IDLE_STEPS = 5
@@ -67,30 +46,6 @@ unknowns."""
 NO_SLIP: TangentialSolver = counted("no-slip", lambda problem, settings, start: no_slip(problem))
 
 
-@dataclass(frozen=True)
-class Task:
-    """A problem with the plan to solve it by, and where to begin."""
-
-    problem: NormalProblem | TangentialProblem
-    plan: Plan
-    polish: bool
-    settings: Settings
-    start: RawSolution | None
-
-    def residual(self, answer: RawSolution) -> float:
-        return natural_residual(self.problem, answer)
-
-    def solved(self, tol: float) -> RawSolution:
-        """The answer of the plan's solver, in steps of a march where the plan marches."""
-        settings = replace(self.settings, tol=tol)
-        if isinstance(self.problem, NormalProblem):
-            return solver("normal", self.plan.normal)(self.problem, settings, self.start)
-        named: TangentialSolver = solver("tangential", self.plan.tangential)
-        if self.plan.formulation == "marching":
-            named = partial(march, named)
-        return named(self.problem, settings, self.start)
-
-
 def solve_problem(
     problem: NormalProblem | TangentialProblem,
     plan: Plan,
@@ -99,56 +54,106 @@ def solve_problem(
     start: RawSolution | None,
 ) -> RawSolution:
     """The best answer of the attempts at a problem."""
-    task = Task(problem, plan, polish, settings, start)
     if isinstance(problem, NormalProblem):
-        if plan.states_program("normal"):
-            return _by_program(task)
-        return _with_fallback(task, "normal", settings.tol)
-    # active sets, Newton's method and splitting
+        raw = _best_answer(problem, plan.attempts("normal", polish), settings, start)
+        if plan.states_program("normal") and plan.method != "conic" and not polish:
+            return _without_small_pressures(problem, raw)
+        return raw
     if problem.no_slip and not plan.matrix_free("tangential"):
         return NO_SLIP(problem, settings, None)
+    attempts = plan.attempts("tangential", polish)
     if not plan.states_program("tangential"):
-        tol = settings.tol
-        if not plan.matrix_free("tangential"):
-            tol = UNPOLISHED * tol
-        return _with_fallback(task, "tangential", tol)
-    # programs
+        return _best_answer(problem, attempts, settings, start)
     if settings.formulation != "gap" or problem.symmetric_part is not None:
-        return _by_program(task)
+        return _best_answer(problem, attempts, settings, start)
+    # no convex program
     if plan.method == "conic" or not polish:
         why = "the gap is not convex for elements so long and steps so short"
         raise SceneError("formulation", "gap", f'"marching", or a longer motion.dq: {why}')
-    raw = _active_sets(task, None)  # the certificate judges them
+    raw = _best_answer(problem, attempts[-1:], settings, None)  # the certificate judges them
     return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
 
 
-def _with_fallback(task: Task, kind: Kind, tol: float) -> RawSolution:
-    """The answer of the plan's solver; where it misses the tolerance, splitting from there."""
-    raw = task.solved(tol)
-    spec = task.plan.solver_of(kind)
-    if spec is None or not spec.falls_back or task.plan.method == "kalker":
-        return raw
-    if task.residual(raw) <= task.settings.tol:
-        return raw
-    problem = task.problem
-    if isinstance(problem, TangentialProblem):
-        implicit = problem.potential.implicit
-        if implicit or task.plan.formulation == "marching":
-            return raw
-    best = _split(task, raw, tol)
-    if best is raw:
-        return raw
-    return replace(best, reason=f"{raw.solver} missed the tolerance, splitting was used")
+def _best_answer(
+    problem: NormalProblem | TangentialProblem,
+    attempts: tuple[Attempt, ...],
+    settings: Settings,
+    start: RawSolution | None,
+) -> RawSolution:
+    """The best answer of attempts, each made where those before are not good enough."""
+    best: RawSolution | None = None
+    last = start
+    for attempt in attempts:
+        if best is not None and natural_residual(problem, best) <= attempt.enough(settings.tol):
+            continue
+        begins = {"given": start, "only given": start, "last": last, "best": best, "none": None}
+        begin = begins[attempt.begin]
+        if not _can_be_made(problem, attempt, begin, last):
+            continue
+        raw = _answer(problem, attempt, settings, begin)
+        last = _with_record(raw, attempt, last)
+        if attempt.judged:
+            best = better(problem, best, last)
+    answer = last if best is None else best
+    assert answer is not None
+    return answer
 
 
-def _split(task: Task, start: RawSolution, tol: float) -> RawSolution:
-    """The answer of splitting from a start, or the start where that is better."""
-    settings = replace(task.settings, tol=tol)
-    kind: Kind = "normal" if isinstance(task.problem, NormalProblem) else "tangential"
-    raw = solver(kind, "splitting")(task.problem, settings, start)
-    if not raw.solved and better(task.problem, start, raw) is start:
-        return start
-    return replace(raw, iterations=start.iterations + raw.iterations)
+def _can_be_made(
+    problem: NormalProblem | TangentialProblem,
+    attempt: Attempt,
+    begin: RawSolution | None,
+    last: RawSolution | None,
+) -> bool:
+    """False without the start that an attempt needs, after a solver that gave no numbers, and for
+    splitting where the potential follows from the tractions.
+    """
+    if attempt.begin == "only given":
+        return begin is not None
+    if attempt.begin in ("last", "none"):
+        return last is None or last.finite
+    if attempt.begin == "best" and isinstance(problem, TangentialProblem):
+        return not problem.potential.implicit
+    return True
+
+
+def _with_record(raw: RawSolution, attempt: Attempt, last: RawSolution | None) -> RawSolution:
+    """An answer with the iterations that count with the answer before, and why it was taken."""
+    if last is None:
+        return raw
+    iterations = raw.iterations
+    if attempt.polishes:
+        iterations = last.iterations
+    elif attempt.begin == "best":
+        iterations += last.iterations
+    return replace(raw, iterations=iterations, reason=attempt.reason.format(last.solver))
+
+
+def _answer(
+    problem: NormalProblem | TangentialProblem,
+    attempt: Attempt,
+    settings: Settings,
+    begin: RawSolution | None,
+) -> RawSolution:
+    """The answer of one attempt."""
+    kind: Kind = "normal" if isinstance(problem, NormalProblem) else "tangential"
+    spec = solver(kind, attempt.solver)
+    settings = replace(settings, tol=attempt.asked(settings.tol))
+    if attempt.polishes:
+        return spec.once(problem, settings, begin)
+    if attempt.marches and isinstance(problem, TangentialProblem):
+        return march(spec, problem, settings, begin)
+    return spec(problem, settings, begin)
+
+
+def _without_small_pressures(problem: NormalProblem, raw: RawSolution) -> RawSolution:
+    """An answer of a program without the small pressures that it leaves where the bodies are apart,
+    by the natural map ``p - e/rho``.
+    """
+    distance = problem.shift(raw.traction, raw.rigid)
+    return replace(
+        raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal)
+    )
 
 
 def march(
@@ -204,79 +209,6 @@ def march(
             break
     steady = status == "Steady"
     return RawSolution(last.traction, last.rigid, iterations, status, steady, last.solver)
-
-
-def _by_program(task: Task) -> RawSolution:
-    """The plan's program, refined by splitting, polished by active sets, or as it is; active sets
-    from a start may do without.
-    """
-    problem = task.problem
-    start = task.start
-    if task.plan.method == "conic":
-        return _refined(task)
-    if task.polish:
-        if start is None:
-            return _polished(task, None)
-        return _polished(task, replace(_active_sets(task, start), iterations=0))
-    raw = task.solved(UNPOLISHED * task.settings.tol)
-    if isinstance(problem, TangentialProblem):
-        return raw
-    # without the small pressures that it leaves where the bodies are apart, by the natural map ``p
-    # - e/rho``
-    distance = problem.shift(raw.traction, raw.rigid)
-    return replace(
-        raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal)
-    )
-
-
-def _refined(task: Task) -> RawSolution:
-    """The answer of a program, refined by splitting."""
-    answer = task.solved(max(CONIC_TOL, task.settings.tol))
-    if not answer.finite:
-        return answer
-    refined = _split(task, answer, UNPOLISHED * task.settings.tol)
-    if refined is answer:
-        return answer
-    return replace(
-        refined, iterations=answer.iterations, reason=f"{answer.solver}, refined by splitting"
-    )
-
-
-def _polished(task: Task, best: RawSolution | None) -> RawSolution:
-    """The answer of the plan's program after active sets, which need it no more exact than this.
-
-    Near saturation they can be lost beside the solution, where almost nothing sticks: then they
-    begin on their own.
-    """
-    enough = min(task.settings.tol, POLISHED_TOL)
-    answer = task.start
-    if answer is None:
-        answer = best
-    for accuracy in POLISH_TOLS:
-        if best is not None and task.residual(best) <= enough:
-            break
-        answer = task.solved(accuracy)
-        if answer.finite:
-            best = better(
-                task.problem,
-                best,
-                replace(_active_sets(task, answer), iterations=answer.iterations),
-            )
-    assert answer is not None
-    if best is None:
-        return answer
-    if task.residual(best) > task.settings.tol:
-        best = better(
-            task.problem, best, replace(_active_sets(task, None), iterations=answer.iterations)
-        )
-    return best
-
-
-def _active_sets(task: Task, start: RawSolution | None) -> RawSolution:
-    """NORM, or the safeguarded TANG."""
-    if isinstance(task.problem, NormalProblem):
-        return solver("normal", "norm")(task.problem, task.settings, start)
-    return solver("tangential", "tang-safeguarded").once(task.problem, task.settings, start)
 
 
 def peak(spec: SolverSpec | None, formulation: str, unknowns: float) -> float:
