@@ -444,7 +444,7 @@ def pressure_error(
     error = rounding / np.sqrt(definite.least)
     inner = float(np.sqrt(energy) + np.sqrt(changed) + error)
     # elements that may be in contact
-    reach = inner * np.sqrt(problem.operator.diagonal)
+    reach = inner * np.sqrt(problem.operator.grid_operator.largest)
     if problem.force is not None:  # the exact approach may be larger, and more elements in contact
         stored = np.sqrt(max(float(admissible @ elastic), 0.0))
         reach += max(float(admissible @ distance) + stored * inner, 0.0) / admissible.sum()

@@ -117,7 +117,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     # samples that may overlap: pressures only push the surfaces apart, but beside the load on a
     # layer that keeps its volume
     highest = 0.0
-    if disc.operators.normal.table.min() < 0 or (disc.K != 0 and np.any(state.traction)):
+    if disc.operators.normal.smallest < 0 or (disc.K != 0 and np.any(state.traction)):
         highest = abs(state.approach)
     distance = (surface.samples - disc.base) / disc.scales.displacement - state.approach
     if disc.loading.beside is not None:

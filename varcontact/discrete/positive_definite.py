@@ -16,7 +16,7 @@ from functools import partial
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator, RestrictedOperator, spectrum_of
+from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.system.process import lazy_property
 
 DENSE_LIMIT = 400
@@ -54,14 +54,8 @@ def positive_definite(
 
 
 def norm(operator: GridOperator) -> float:
-    """An upper bound on the 2-norm of a grid operator, on any of its elements: of its symbol on the
-    periodic box.
-    """
-    from scipy.fft import next_fast_len
-
-    rows, columns = (next_fast_len(size, real=True) for size in operator.table.shape[2:])
-    spectrum = spectrum_of(operator.table, (rows, columns))
-    return float(np.sqrt(np.sum(np.abs(spectrum) ** 2, axis=(0, 1)).max()))
+    """An upper bound on the 2-norm of a grid operator, on any of its elements."""
+    return operator.norm
 
 
 # ----------------------------------------------------------------------------- by Cholesky's factor

@@ -44,15 +44,12 @@ class NormalProblem:
         lowest element. Soft layers that keep their volume bulge beside a load: any element may come
         into contact.
         """
-        if self.operator.grid_operator.table.min() < 0:
+        if self.operator.grid_operator.smallest < 0:
             return self
         highest = self.approach
         if highest is None:
             assert self.force is not None
-            if self.symmetric:
-                largest = self.operator.diagonal
-            else:
-                largest = self.operator.grid_operator.table.max()
+            largest = self.operator.grid_operator.largest
             highest = self.distance.min() + largest * self.force / self.area
         inside = self.distance < highest
         operator = self.operator.grid_operator.on(self.operator.elements[inside])

@@ -276,7 +276,7 @@ def normal_gap(
 
 def _largest_sum(problem: NormalProblem, approach: float) -> float:
     """A bound on ``sum(p*)`` under a prescribed approach."""
-    least = float(problem.operator.grid_operator.table.min())
+    least = problem.operator.grid_operator.smallest
     if least <= 0:  # sum(p)^2 is at most n p'p
         definite = positive_definite(problem.operator)
         if definite is None:

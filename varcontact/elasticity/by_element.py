@@ -81,6 +81,19 @@ class ElementOperator(GridOperator):
         numbers = self.numbers[list(rows)][:, :, list(columns)]
         return replace(self, table=table, numbers=numbers)
 
+    @property
+    def smallest(self) -> float:
+        return float(self.numbers.min())
+
+    @property
+    def largest(self) -> float:
+        return float(self.numbers.max())
+
+    @property
+    def norm(self) -> float:
+        """The Frobenius norm, which is an upper bound."""
+        return float(np.linalg.norm(self.numbers))
+
     def has_mirror(self, rows: slice) -> bool:
         return False
 

@@ -235,6 +235,25 @@ class GridOperator:
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         return GridOperator(self.shape, self.table[np.ix_(rows, columns)])
 
+    @property
+    def smallest(self) -> float:
+        """The smallest influence number."""
+        return float(self.table.min())
+
+    @property
+    def largest(self) -> float:
+        """The largest influence number; of a symmetric positive definite operator an element's
+        influence on itself.
+        """
+        return float(self.table.max())
+
+    @property
+    def norm(self) -> float:
+        """An upper bound on the 2-norm, between any elements: of the symbol on the periodic box."""
+        box = fft_box(*self.shape)
+        spectrum = spectrum_of(self.table, box)
+        return float(np.sqrt(np.sum(np.abs(spectrum) ** 2, axis=(0, 1)).max()))
+
     def has_mirror(self, rows: slice) -> bool:
         """True where numbers of some `rows` of elements are even or odd about the line in their
         middle.

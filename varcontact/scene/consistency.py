@@ -137,7 +137,7 @@ def _check_load(scene: Scene, problems: list[_Problem]) -> None:
 def _check_given_bodies(scene: Scene) -> None:
     """Bodies by numbers of their own have them on the grid."""
     if isinstance(scene.bodies, GivenBodies):
-        scene.bodies.check_grid(scene.grid, scene.line)
+        scene.bodies.check(scene)
 
 
 def _check_approach(scene: Scene, approach: float) -> None:

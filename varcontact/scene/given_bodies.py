@@ -9,14 +9,16 @@ import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
+
+if TYPE_CHECKING:
+    from varcontact.scene.scene import Scene
 
 
 class GivenBodies(ABC):
@@ -57,8 +59,8 @@ class GivenBodies(ABC):
         """Half-spaces whose contact is at least as large; None: the grid has to be given."""
 
     @abstractmethod
-    def check_grid(self, grid: Grid | str, line: bool) -> None:
-        """Refuse a grid, or "auto", on which these bodies have no numbers."""
+    def check(self, scene: Scene) -> None:
+        """Refuse a scene whose grid, surface or motion these bodies have no numbers for."""
 
     @abstractmethod
     def medium(self, length: float, depth: float) -> Any:
