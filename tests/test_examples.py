@@ -520,6 +520,18 @@ def test_wheel_flat(ran, pictures):
     np.testing.assert_array_equal(pictures[0].axes[0].get_lines()[1].get_ydata(), fast / 1e3)
 
 
+def test_crowned_roller(ran, pictures):
+    """The pressure is the same all along the roller, and the crown nearly Lundberg's."""
+    cylinder, designed, off = ran("crowned_roller", "peak pressure", rows=24)
+    along = designed.pressure.max(axis=1)[1:-1]
+    assert np.ptp(along) < 0.02 * along.max()
+    assert designed.max_pressure < 0.8 * cylinder.max_pressure
+    assert np.abs(off).max() < 0.15e-3  # of a crown of 2 micrometres
+    np.testing.assert_array_equal(
+        pictures[0].axes[0].get_lines()[1].get_ydata(), designed.pressure.max(axis=1)
+    )
+
+
 def test_corrugation(ran):
     """At a constant load waves wear off; wheel and track make some grow, longer ones on the softer
     track.

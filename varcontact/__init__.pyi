@@ -22,7 +22,7 @@ from .errors import (
     VarcontactError,
     WorkersLost,
 )
-from .gradients.outputs import Weighted
+from .gradients.outputs import PeakPressure, Weighted
 from .interfaces.carried_friction import CarriedFriction
 from .interfaces.shear_strength import ShearStrength
 from .io.contact_input import read_contact_input
@@ -116,6 +116,7 @@ __all__ = [
     "NotConverged",
     "OutputError",
     "Paraboloids",
+    "PeakPressure",
     "PinInHole",
     "Plan",
     "PlausibilityWarning",

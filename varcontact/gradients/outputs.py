@@ -11,6 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.elasticity.operators import GridOperator
+from varcontact.errors import SceneError
 from varcontact.gradients.contact_fields import ContactFields
 
 Weight = float | np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -138,13 +139,36 @@ class Creepage(Output):
 
 @dataclass(frozen=True, eq=False)
 class PeakPressure(Output):
-    """Largest pressure, or with a `power` k a smooth stand-in: the k-norm of the pressure over the
-    area of an element, ``(sum p^k)^(1/k)``.
+    """Largest pressure, or a smooth stand-in for optimisation: the k-norm ``(sum p^k)^(1/k)`` of
+    the pressures of all elements.
+
+    Parameters
+    ----------
+    power : float
+        k, at least 1; infinite for the largest pressure itself.
+
+    Raises
+    ------
+    SceneError
+        For a power below 1.
+
+    Examples
+    --------
+    >>> PeakPressure(power=8).power
+    8
     """
 
     power: float = np.inf
     unit = "pressure"
     needs_motion = False
+
+    def __post_init__(self) -> None:
+        if not checks.real("power", self.power) >= 1:
+            raise SceneError("power", self.power, "at least 1")
+
+    @property
+    def name(self) -> str:
+        return "peak_pressure"
 
     def value(self, fields: ContactFields) -> float:
         largest = float(fields.pressure.max())
