@@ -84,7 +84,7 @@ def main(
         start,
         jac=True,
         method="L-BFGS-B",
-        bounds=[(0.0, 40.0)] * start.size,
+        bounds=[(0.0, 4.0)] * start.size,
         options={"maxiter": 60},
     )
     cylinder = design.solutions[0]
