@@ -180,6 +180,28 @@ def test_slight_curvature_is_half_spaces_and_a_creepage():
     assert first + second == pytest.approx(4 * first, rel=0.02)
 
 
+@pytest.mark.parametrize("nu", [0.0, 0.3])
+def test_a_pin_that_hardly_goes_round_is_two_cylinders_and_a_creepage(nu):
+    """``(1 - 3 nu/2) Fn/(pi G R)``: displacements along normals, and longer circumferences."""
+    bodies = vc.Bodies(G=1.0, nu=nu)
+    force, friction, radius = 1e-5, 0.01, 20.0  # of a pin of radius 1 with a clearance of 0.05
+    half = vc.reference.line_contact(radius, bodies, force=force).a
+    grid = vc.Grid(nx=120, dx=2.4 * half / 120, x0=-1.2 * half)
+    vx = 0.3 * friction * half / radius
+    creepage = (1 - 1.5 * nu) * force / np.pi
+
+    def traction(surface, vx):
+        scene = vc.Scene(
+            bodies=bodies, surface=surface, normal_force=force, friction=friction,
+            motion=vc.Steady(vx=vx), grid=grid,
+        )  # fmt: skip
+        return vc.solve(scene).traction[0].sum()
+
+    cylinders = [traction(vc.Cylinders(radius), vx + more) for more in (0.0, creepage)]
+    change = traction(vc.PinInHole(R=1.0, clearance=0.05), vx) - cylinders[0]
+    assert change == pytest.approx(cylinders[1] - cylinders[0], rel=0.05)
+
+
 GRID = vc.Grid(nx=20, ny=14, dx=1.0, dy=1.0, x0=-10.0, y0=-7.0)
 
 
