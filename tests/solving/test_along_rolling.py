@@ -285,6 +285,11 @@ BAD = {
     "grid": [lambda: pin(1e-5, grid=vc.Grid(nx=100, dx=0.07 * R, x0=-3.5 * R))],
     "grid.tractions": [lambda: pin(1e-5, grid=vc.Grid(nx=100, tractions="linear"))],
     "loads": [lambda: pin(1e-5, loads=vc.SurfaceLoad(x=(0.5 * R, 0.6 * R), pressure=1e6))],
+    "surface": [
+        lambda: vc.friction_problem(
+            pin(1e-5, friction=0.2, motion=vc.Shift(ux=1e-5), grid=vc.Grid(nx=50, dx=R / 25, x0=-R))
+        )
+    ],
     "normal": [lambda: vc.solve(pin(1e-5), normal="hertz")],
     "tangential": [
         lambda: vc.solve(pin(1e-5, friction=0.2, motion=vc.Steady(vx=1e-3)), tangential="fastsim")

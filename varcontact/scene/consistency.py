@@ -302,6 +302,17 @@ def _check_tractions(scene: Scene) -> None:
             raise SceneError("grid.tractions", f'"linear" with {name}', allowed)
 
 
+def check_force_is_sum(scene: Scene) -> None:
+    """Refuse a force that is not the sum of the pressures: programs do not find its approach."""
+    if scene.force_is_sum:
+        return
+    if isinstance(scene.surface, PinInHole):
+        allowed = "another than a pin in a hole, whose approach follows from its force"
+        raise SceneError("surface", scene.surface, allowed)
+    why = "the sum of conformal pressures is not the force"
+    raise SceneError("normal_force", scene.normal_force, f"left out, with an approach: {why}")
+
+
 def _check_turns(scene: Scene) -> None:
     """A curved surface turns by no more from element to element than influence numbers hold."""
     surface = scene.surface

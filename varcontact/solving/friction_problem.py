@@ -19,6 +19,7 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
+from varcontact.scene.consistency import check_force_is_sum
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.given_pressure import check_placed
@@ -296,9 +297,7 @@ def _check_coulomb(scene: Scene) -> None:
         raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, f"left out: {why}")
     if scene.edge != "centres":
         raise SceneError("grid.edge", scene.edge, '"centres": all elements count in full')
-    if not scene.force_is_sum:
-        why = "the sum of conformal pressures is not the force"
-        raise SceneError("normal_force", scene.normal_force, f"left out, with an approach: {why}")
+    check_force_is_sum(scene)
 
 
 def _components(disc: Discretisation) -> int:

@@ -22,6 +22,7 @@ from varcontact.io import program as files
 from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
+from varcontact.scene.consistency import check_force_is_sum
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.conic.backends import FORMULATIONS
@@ -429,9 +430,7 @@ def program(
 
 def _of_pressures(scene: Scene, formulation: str) -> Program:
     check_placed(scene, "for a program without a solution")
-    if not scene.force_is_sum:
-        why = "the sum of conformal pressures is not the force"
-        raise SceneError("normal_force", scene.normal_force, f"left out, with an approach: {why}")
+    check_force_is_sum(scene)
     notes = []
     if scene.coupled and not scene.frictionless:
         notes.append(f"no tractions, which would change the pressure ({scene.difference})")
