@@ -183,8 +183,14 @@ def test_an_interrupted_comparison_is_resumed(tmp_path):
         "admm-of-mine": 1,
     }
     other = {"circle, 6 across": vc.benchmark_problems()["circle, 8 across"]}
-    with pytest.raises(vc.SceneError, match="another problem"):
+    with pytest.raises(vc.SceneError, match=r"one of benchmark_problems\(\)"):
         vc.benchmark_solvers(["splitting"], other, **options)
+    with pytest.raises(vc.SceneError, match="a limit of 10 s"):
+        vc.benchmark_solvers(["splitting"], problems, **options, limit=5.0)
+    rows = pd.read_csv(store)
+    rows.assign(set_version=0).to_csv(store, index=False)
+    with pytest.raises(vc.SceneError, match="another version of the problems"):
+        vc.benchmark_solvers(["splitting"], problems, **options)
 
 
 def by_hand(seconds):

@@ -1,5 +1,8 @@
 """The set of problems: size, kinds, always the same."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -22,8 +25,25 @@ def test_at_least_a_hundred_problems_of_all_families():
     assert {each.problem for each in problems.values()} == {"normal", "tangential"}
 
 
-def test_quick_problems_have_all_groups_and_sizes():
-    posed = [each.program().contact_problem for each in vc.benchmark_problems(quick=True).values()]
+DATA = Path(__file__).parents[1] / "data" / "benchmark_problems.json"
+
+
+def figures(problem):
+    """Elements, and sizes of the known shifts and of the influence numbers: what tells a problem."""
+    known = problem.distance if isinstance(problem, NormalProblem) else problem.rigid_shift
+    table = problem.operator.grid_operator.table
+    sizes = (np.linalg.norm(known), np.linalg.norm(table))
+    return [problem.operator.elements.size, *map(float, sizes)]
+
+
+def test_quick_problems_have_all_groups_and_sizes_and_are_those_measured():
+    """Where one changes, set another `SET_VERSION`: earlier tables are then refused."""
+    problems = vc.benchmark_problems(quick=True)
+    posed = [each.program().contact_problem for each in problems.values()]
+    kept = json.loads(DATA.read_text())
+    assert kept["version"] == problem_set.SET_VERSION
+    for name, each in zip(problems, posed, strict=True):
+        assert figures(each) == pytest.approx(kept["problems"][name], rel=1e-7)
     groups = [group_of(each) for each in posed]
     sizes = sorted(each.operator.elements.size for each in posed)
     assert {groups.count(name) for name in ("pressures", "rolling")} == {7, 8}
@@ -54,8 +74,9 @@ def test_kinds_are_what_their_names_say():
     assert np.linalg.norm(matrix - matrix.T) > 10 * np.linalg.norm(matrix + matrix.T)
     assert not posed("rubber, pressure, 14 across").symmetric
     unlike = posed("soft on rigid, force, 12 across")
-    like = posed("Fx prescribed, 8 across")
-    assert np.ptp(unlike.rigid_shift[0]) > 1e-3 > np.ptp(like.rigid_shift[0])
+    like = posed("vx = 1e-3, 8 across")
+    assert np.ptp(unlike.rigid_shift[0]) > 1e-3
+    assert np.ptp(like.rigid_shift[0]) < 1e-12
 
 
 @pytest.mark.parametrize("name", ["rough, 16 across", "two arcs, steady, 20 across"])

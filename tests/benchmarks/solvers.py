@@ -1,64 +1,69 @@
 """Solvers side by side on the package's set of contact problems: `varcontact benchmark`, kept.
 
 All runs are kept in results/solvers.csv, from which a later run continues: the quick set is part of
-the whole. Tables are made of all runs that are kept, and kept after a quick run, too.
+the whole. Tables are made of all runs that are kept, and are kept after a quick run, too.
 """
 
 from collections.abc import Callable
 from functools import partial
 
 import numpy as np
+import pandas as pd
 
 import varcontact as vc
 from tests.benchmarks.table import RESULTS, Table, keep
-from varcontact.benchmark.problem_set import QUICK_SET
 from varcontact.benchmark.solvers import DEFAULT_SOLVERS
 
 STORE = RESULTS / "solvers.csv"
 TOLS = (1e-3, 1e-6, 1e-9)
+GROUPS = ("pressures", "shifts", "rolling", "line rolling")
+FAMILIES = {
+    "active sets": DEFAULT_SOLVERS[:1],
+    "`newton`": ("newton",),
+    "`splitting`": ("splitting",),
+    "best program": DEFAULT_SOLVERS[3:],
+}
+"""Columns of the table by size, and the solvers of each."""
 
 
 def compared(quick: bool) -> vc.SolverComparison:
-    """The comparison on the quick or on the whole set, with what the store has of the rest."""
+    """The comparison on the quick or on the whole set, with all that the store has."""
     problems = vc.benchmark_problems()
-    missing = problems
-    if quick:
-        missing = vc.benchmark_problems(quick=True)
-    vc.benchmark_solvers(
-        DEFAULT_SOLVERS, missing, tols=TOLS, store=STORE, progress=partial(print, flush=True)
-    )
-    import pandas as pd
-
+    chosen = vc.benchmark_problems(quick=quick)
+    options = {"tols": TOLS, "store": STORE}
+    vc.benchmark_solvers(DEFAULT_SOLVERS, chosen, **options, progress=partial(print, flush=True))
     kept = set(pd.read_csv(STORE, keep_default_na=False)["problem"])
     finished = {name: each for name, each in problems.items() if name in kept}
-    return vc.benchmark_solvers(DEFAULT_SOLVERS, finished, tols=TOLS, store=STORE)
+    return vc.benchmark_solvers(DEFAULT_SOLVERS, finished, **options)
 
 
 def kept(name: str, table: Callable[[vc.SolverComparison], Table], quick: bool) -> Table:
     """A table of all runs; of a quick run it is kept here."""
     comparison = compared(quick)
     made = table(comparison)
-    problems = comparison.runs["problem"].nunique()
-    machines = sorted(set(comparison.runs["machine"]))
-    made.measured.update(
-        problems=problems,
-        machines=machines,
-        quick=set(QUICK_SET) >= set(comparison.runs["problem"]),
-    )
+    made.measured["problems"] = comparison.runs["problem"].nunique()
+    made.measured["machines"] = sorted(set(comparison.runs["machine"]))
     if quick:
         keep("solvers", name, made)
     return made
 
 
+def code(name: str) -> str:
+    """A name of a solver in a table, whose columns a bar would divide."""
+    escaped = name.replace("|", r"\|")
+    return f"`{escaped}`"
+
+
 def means(group: str, comparison: vc.SolverComparison) -> Table:
     """Shifted geometric means of processor seconds, and problems solved, by tolerance."""
     summary = comparison.summary()
-    part = summary[summary["group"] == group]
+    part = summary[summary["group"] == group].set_index(["solver", "tol"])
+    order = part["mean"].xs(1e-6, level="tol").sort_values().index
     rows = []
-    for solver in part.sort_values(["tol", "mean"])["solver"].unique():
-        row: list[object] = [f"`{solver}`"]
+    for solver in order:
+        row: list[object] = [code(solver)]
         for tol in TOLS:
-            cell = part[(part["solver"] == solver) & (part["tol"] == tol)].iloc[0]
+            cell = part.loc[(solver, tol)]
             row += [float(cell["mean"]), f"{cell['solved']} of {cell['problems']}"]
         rows.append(row)
     head = ["solver"]
@@ -72,10 +77,10 @@ def profiles(comparison: vc.SolverComparison) -> Table:
     time.
     """
     rows = []
-    for group in ("pressures", "shifts", "rolling"):
+    for group in GROUPS[:3]:
         profile = comparison.profile(group, 1e-6, factors=(1.0, 2.0, 10.0, 100.0))
         order = profile.mean().sort_values(ascending=False).index
-        rows += [[group, f"`{name}`", *map(float, profile[name])] for name in order]
+        rows += [[group, code(name), *map(float, profile[name])] for name in order]
     head = ["problems", "solver", "fastest", "within 2 times", "10 times", "100 times"]
     return Table(head, ["", "", *[".2f"] * 4], rows)
 
@@ -83,38 +88,42 @@ def profiles(comparison: vc.SolverComparison) -> Table:
 def failures(comparison: vc.SolverComparison) -> Table:
     """Outcomes by solver, all tolerances."""
     counts = comparison.failures()
-    rows = [[f"`{name}`", *map(int, row)] for name, row in counts.iterrows()]
+    rows = [[code(str(name)), *map(int, row)] for name, row in counts.iterrows()]
     return Table(["solver", *counts.columns], [""] * (1 + counts.shape[1]), rows)
 
 
 def sizes(comparison: vc.SolverComparison) -> Table:
-    """Median seconds of the best of four families of solvers, by size and tolerance."""
-    families = {
-        "active sets": ["norm|tang-safeguarded"],
-        "`newton`": ["newton"],
-        "`splitting`": ["splitting"],
-        "best program": list(DEFAULT_SOLVERS[3:]),
-    }
+    """Median seconds of active sets, Newton's method, splitting and the best program, by size and
+    tolerance.
+    """
     rows = []
     for tol in TOLS:
         for row in comparison.sizes(tol).to_dict("records"):
-            best = []
-            for names in families.values():
-                value = min(
-                    (row[name] for name in names if row.get(name, np.nan) > 0), default=None
-                )
-                best.append(value if value is not None and np.isfinite(value) else None)
+            best = [_least(row, names) for names in FAMILIES.values()]
             rows.append([row["group"], row["size"], f"{tol:g}", *best])
-    order = {"pressures": 0, "shifts": 1, "rolling": 2, "line rolling": 3}
-    rows = sorted((row for row in rows if row[0] in order), key=lambda row: order[row[0]])
-    return Table(["problems", "elements", "to", *families], ["", "", "", *[".2g"] * 4], rows)
+    rows = [row for row in rows if row[0] in GROUPS]
+    rows.sort(key=lambda row: GROUPS.index(row[0]))
+    head = ["problems", "elements", "to", *FAMILIES]
+    return Table(head, ["", "", "", *[".2g"] * 4], rows)
+
+
+def _least(row: dict[str, float], solvers: tuple[str, ...]) -> float | str:
+    """The least seconds of some solvers; a dash where none solves half of the problems."""
+    least = np.nanmin([row.get(name, np.inf) for name in solvers], initial=np.inf)
+    if np.isfinite(least):
+        return float(least)
+    return "-"
 
 
 TABLES = {
     "pressures": partial(kept, "pressures", partial(means, "pressures")),
     "shifts": partial(kept, "shifts", partial(means, "shifts")),
     "rolling": partial(kept, "rolling", partial(means, "rolling")),
+    "sizes": partial(kept, "sizes", sizes),
     "profiles": partial(kept, "profiles", profiles),
     "failures": partial(kept, "failures", failures),
-    "sizes": partial(kept, "sizes", sizes),
 }
+for name, function in {"sizes": sizes, "profiles": profiles, "failures": failures}.items():
+    TABLES[name].__doc__ = function.__doc__
+for group in GROUPS[:3]:
+    TABLES[group].__doc__ = means.__doc__

@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 
 import varcontact
 from varcontact import checks
-from varcontact.benchmark.problem_set import BenchmarkProblem, benchmark_problems
+from varcontact.benchmark.problem_set import SET_VERSION, BenchmarkProblem, benchmark_problems
 from varcontact.benchmark.solvers import DEFAULT_SOLVERS, entry_named
 from varcontact.benchmark.trials import GROUPS, OUTCOMES, Process, Trial, trials
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable
 from varcontact.html import Reported
-from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
+from varcontact.study.csv_table import Table, cell, columns_of_text, of_another, plain_rows
 from varcontact.system.progress import Progress
 
 if TYPE_CHECKING:
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     "problem", "family", "group", "elements", "solver", "tol", "outcome", "reason", "residual",
-    "relative_gap", "seconds", "iterations", "limit", "machine", "version", "identity"
+    "relative_gap", "seconds", "iterations", "limit", "machine", "version", "set_version"
 )  # fmt: skip
 WORDS = (
-    "problem", "family", "group", "solver", "outcome", "reason", "machine", "version", "identity"
+    "problem", "family", "group", "solver", "outcome", "reason", "machine", "version"
 )  # fmt: skip
 TOLS = (1e-3, 1e-6, 1e-9)
 SHIFT = 0.01
@@ -106,13 +106,17 @@ def benchmark_solvers(
     chosen = _names(solvers)
     if problems is None:
         problems = benchmark_problems()
-    for name, each in problems.items():
-        checks.kind(f"problems[{name!r}]", each, BenchmarkProblem)
+    _check_problems(problems)
     tolerances = np.atleast_1d(checks.positives("tols", tols)).tolist()
     limit = checks.positive("limit", limit)
     report = checks.progress(progress)
     made = partial(SolverComparison.of, problems=problems, solvers=chosen, tols=tolerances)
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
+        for row in table.rows:
+            if row["set_version"] != SET_VERSION:
+                raise of_another(table.path, "was measured on another version of the problems")
+            if row["limit"] != limit:
+                raise of_another(table.path, f"was measured with a limit of {row['limit']:g} s")
         measured = {_key(row) for row in table.rows}
         try:
             with Process(limit) as process:
@@ -125,6 +129,14 @@ def benchmark_solvers(
         except KeyboardInterrupt:
             raise Interrupted(made(table.rows)) from None
         return made(table.rows)
+
+
+def _check_problems(problems: Mapping[str, BenchmarkProblem]) -> None:
+    """Refuse what is no problem of the set, under its own name."""
+    known = benchmark_problems()
+    for name, each in problems.items():
+        if known.get(name) is not each:
+            raise SceneError(f"problems[{name!r}]", each, "one of benchmark_problems()")
 
 
 def _key(row: Mapping[str, Any]) -> tuple[str, str, float]:
@@ -163,6 +175,7 @@ def _rows(process: Process, trial: Trial) -> list[dict[str, Any]]:
         "limit": process.limit,
         "machine": _machine(),
         "version": varcontact.__version__,
+        "set_version": SET_VERSION,
     }
     rows = []
     if posed.applies:
@@ -171,8 +184,6 @@ def _rows(process: Process, trial: Trial) -> list[dict[str, Any]]:
     else:
         absent = {"outcome": NOT_APPLICABLE, "reason": ""}
         rows = [{**common, "tol": tol, **absent} for tol in trial.tols]
-    for row in rows:
-        row["identity"] = identity(trial.problem.scene, row["tol"])
     return rows
 
 
@@ -219,10 +230,6 @@ class SolverComparison(Reported):
             for row in rows
             if row["problem"] in problems and row["solver"] in solvers and row["tol"] in tols
         ]
-        for row in chosen:
-            if row["identity"] != identity(problems[row["problem"]].scene, row["tol"]):
-                why = f"another problem than now has the name {row['problem']!r}"
-                raise SceneError("store", row["problem"], message=f"store: {why}; name a new file")
         return cls(pd.DataFrame(chosen, columns=list(COLUMNS)))
 
     @property

@@ -24,6 +24,8 @@ from varcontact.solving.program import ProblemName, Program, ProgramName, progra
 from varcontact.solving.selection import why_not_hertz
 from varcontact.solving.solve import solve
 
+SET_VERSION = 1
+"""Version of the set: another one where any problem of it changes (tests/benchmark)."""
 FRICTION = 0.3
 Body = Bodies | Layered | Viscoelastic
 LIKE = Bodies(G=1.0, nu=0.28)
