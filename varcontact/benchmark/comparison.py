@@ -16,7 +16,12 @@ from numpy.typing import ArrayLike
 
 import varcontact
 from varcontact import checks
-from varcontact.benchmark.problem_set import SET_VERSION, BenchmarkProblem, benchmark_problems
+from varcontact.benchmark.problem_set import (
+    SET_VERSION,
+    BenchmarkProblem,
+    benchmark_problems,
+    check_problems,
+)
 from varcontact.benchmark.solvers import DEFAULT_SOLVERS, entry_named
 from varcontact.benchmark.trials import GROUPS, OUTCOMES, Process, Trial, trials
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable
@@ -106,17 +111,13 @@ def benchmark_solvers(
     chosen = _names(solvers)
     if problems is None:
         problems = benchmark_problems()
-    _check_problems(problems)
+    check_problems(problems)
     tolerances = np.atleast_1d(checks.positives("tols", tols)).tolist()
     limit = checks.positive("limit", limit)
     report = checks.progress(progress)
     made = partial(SolverComparison.of, problems=problems, solvers=chosen, tols=tolerances)
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
-        for row in table.rows:
-            if row["set_version"] != SET_VERSION:
-                raise of_another(table.path, "was measured on another version of the problems")
-            if row["limit"] != limit:
-                raise of_another(table.path, f"was measured with a limit of {row['limit']:g} s")
+        _check_table(table, limit)
         measured = {_key(row) for row in table.rows}
         try:
             with Process(limit) as process:
@@ -131,12 +132,13 @@ def benchmark_solvers(
         return made(table.rows)
 
 
-def _check_problems(problems: Mapping[str, BenchmarkProblem]) -> None:
-    """Refuse what is no problem of the set, under its own name."""
-    known = benchmark_problems()
-    for name, each in problems.items():
-        if known.get(name) is not each:
-            raise SceneError(f"problems[{name!r}]", each, "one of benchmark_problems()")
+def _check_table(table: Table, limit: float) -> None:
+    """Refuse a table of other problems, or with another limit of time."""
+    for row in table.rows:
+        if row["set_version"] != SET_VERSION:
+            raise of_another(table.path, "was measured on another version of the problems")
+        if row["limit"] != limit:
+            raise of_another(table.path, f"was measured with a limit of {row['limit']:g} s")
 
 
 def _key(row: Mapping[str, Any]) -> tuple[str, str, float]:
@@ -334,10 +336,14 @@ class SolverComparison(Reported):
         by_class = part.assign(size=size).groupby(["group", "size", "solver"], observed=True)
         return by_class["cost"].median().unstack("solver").reset_index()
 
-    def plot(self, tol: float = 1e-6) -> Figure:
-        """Performance profiles at a tolerance `tol`, a panel for each group of problems."""
+    def plot(self, tol: float | None = None) -> Figure:
+        """Performance profiles at a tolerance `tol`, the tightest if not given, with a panel for
+        each group of problems.
+        """
         from varcontact.benchmark.plots import plot_profiles
 
+        if tol is None:
+            tol = float(self.runs["tol"].min())
         return plot_profiles(self, tol)
 
     def to_json(self) -> str:

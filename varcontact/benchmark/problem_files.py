@@ -14,7 +14,7 @@ import numpy as np
 
 import varcontact
 from varcontact import checks
-from varcontact.benchmark.problem_set import BenchmarkProblem, benchmark_problems
+from varcontact.benchmark.problem_set import BenchmarkProblem, benchmark_problems, check_problems
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.errors import NotConverged, OutputError, SceneError
 from varcontact.solvers.interface import Settings, better, natural_residual
@@ -76,8 +76,7 @@ def save_problems(
     folder = checks.file_name("folder", folder)
     if problems is None:
         problems = benchmark_problems()
-    for name, each in problems.items():
-        checks.kind(f"problems[{name!r}]", each, BenchmarkProblem)
+    check_problems(problems)
     report = checks.progress(progress)
     _check_folder(folder)
     paths = []

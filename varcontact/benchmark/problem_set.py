@@ -14,6 +14,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.data.benchmark_scenes import reference_scenes, standard_bank, unlike_bank
+from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies, Layer, Layered, Viscoelastic
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
@@ -140,6 +141,15 @@ def benchmark_problems(quick: bool = False) -> dict[str, BenchmarkProblem]:
     if checks.flag("quick", quick):
         return {name: problems[name] for name in QUICK_SET}
     return problems
+
+
+def check_problems(problems: Mapping[str, BenchmarkProblem]) -> None:
+    """Refuse what is no problem of the set, under its own name."""
+    checks.kind("problems", problems, Mapping)
+    known = benchmark_problems()
+    for name, each in problems.items():
+        if known.get(name) is not each:
+            raise SceneError(f"problems[{name!r}]", each, "one of benchmark_problems()")
 
 
 Named = Iterator[tuple[str, Scene]]
