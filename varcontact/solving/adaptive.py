@@ -19,7 +19,6 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -30,11 +29,21 @@ from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import creepage_names, friction_limit, units, values
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
-from varcontact.scene.grid import Edge, Grid
-from varcontact.scene.motion import Steady
+from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import OutOfTime
+from varcontact.solving.grid_sequence import (
+    FLOOR,
+    FLOOR_PART,
+    GRIDS,
+    ORDER,
+    RATIO,
+    GridSequence,
+    coarsest,
+    gridded,
+    richardson,
+)
 from varcontact.solving.history import bytes_of_steps, solve_transient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import BY_DEFAULT, SolveOptions, Target
@@ -42,27 +51,8 @@ from varcontact.solving.pipeline import peak
 from varcontact.system import process
 from varcontact.system.process import one_blas_thread
 
-COARSEST_ELEMENTS = 6
-"""Elements across the contact on the coarsest grid."""
-COARSEST_ELEMENTS_LINE = 48
-"""The same in line contact."""
-RATIO = 1.5
-"""Ratio of the elements across on a grid to those on the grid before."""
-GRIDS = 3
-"""Grids that an error is estimated from."""
-ORDER = 1.5
-"""Order of Richardson's steps s; where a layer hardens it is 1."""
-SAFETY = 1.25
-"""The error is ``SAFETY max |s| + FLOOR n^-ORDER``, for the largest pressure with the n across the
-patch that has it."""
-FLOOR = 0.4
-"""Part of the error that grids do not show, see `SAFETY`."""
-PART = 0.5
-"""Part of Richardson's last step that the value takes."""
 FLOOR_UNLIKE = 1.0
 """Of unlike bodies the floor of forces and moment has ``FLOOR_UNLIKE |K|/n`` on top."""
-FLOOR_PART = 0.5
-"""Part of the accuracy that the floor takes on the third grid."""
 NARROWEST = 4.0
 """Elements across the narrowest patch that carries load, on the coarsest grid that tells an
 error."""
@@ -174,18 +164,19 @@ def _refined(
         return _closed_form(scene, options)
     budget = target.seconds
     estimates: list[ErrorEstimate] = []
-    n = _first(scene, options, target)
+    sequence = GridSequence(_first(scene, options, target), levels=levels)
     while True:
         # the answer on the next grid
         deadline = started + TIME_BUDGETS_MAX * budget
-        if len(levels) < GRIDS:
+        if sequence.few:
             deadline += COARSEST_SECONDS
+        n = int(sequence.n)
         try:
-            levels.append(_level(scene, options, n, (levels, near), deadline))
+            last = _level(scene, options, n, (levels, near), deadline)
         except (OutOfTime, NotConverged) as error:
             return _after_failure(n, levels, options, error)
-        last = levels[-1]
-        few = len(levels) < GRIDS
+        sequence.learn(last, last.n)
+        few = sequence.few
 
         # its error, and whether that is small enough or cannot fall
         if not few:
@@ -198,7 +189,7 @@ def _refined(
                 _report_warnings(last.answer, options)
 
         # the next grid, as far as memory and time allow
-        n = _next(scene, options, last, few)
+        n = sequence.n = _next(scene, options, sequence)
         fits = _fits(scene, options, n)
         if few and (fits or not target.by_default or len(levels) == 1):
             continue
@@ -239,45 +230,6 @@ def stalled(estimates: Sequence[ErrorEstimate]) -> bool:
         return False
     before, *last = (each.largest for each in estimates[-GRIDS:])
     return min(last) > STALLED * before
-
-
-def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
-    """The scene on the grid with `n` elements across the contact, with the discretisation of its
-    kind.
-
-    Rolling takes differences of the second order, but of layers that harden, and more elements
-    along x; under Hertz's pressure elements at the contact's edge count in part.
-    """
-    motion = scene.motion
-    rolls = isinstance(scene.motion, Steady)
-    edge: Edge = "centres"
-    if closed_form and motion is not None and (rolls or not scene.line):
-        edge = "touched"
-        if rolls and not scene.hardens:
-            edge = "softened"
-    if scene.line:
-        grid = Grid(nx=n, edge=edge)
-    elif rolls:
-        grid = Grid(nx=round(RATIO * n), ny=n, edge=edge)
-    else:
-        grid = Grid(nx=n, ny=n, edge=edge)
-    if isinstance(motion, Steady) and not scene.hardens:
-        motion = motion.second_order()
-    return replace(scene, grid=grid, motion=motion)
-
-
-def richardson(
-    values: Sequence[Any], across: Sequence[int], order: float = ORDER
-) -> tuple[Any, Any]:
-    """The best value and its error, but for the floor, by Richardson's steps between the last
-    grids, three or two.
-    """
-    parts = [1 / ((fine / coarse) ** order - 1) for coarse, fine in pairwise(across)]
-    steps = [
-        (fine - coarse) * part for (coarse, fine), part in zip(pairwise(values), parts, strict=True)
-    ]
-    before = (across[-2] / across[-1]) ** order * np.abs(steps[0])
-    return values[-1] + PART * steps[-1], SAFETY * np.maximum(np.abs(steps[-1]), before)
 
 
 def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
@@ -360,18 +312,6 @@ def _unlikeness(scene: Scene) -> float:
     return abs(bodies.K)
 
 
-def coarsest(line: bool, accuracy: float | None) -> int:
-    """Elements across on the first grid, with which the floor takes a part of the accuracy on the
-    third one.
-    """
-    n = COARSEST_ELEMENTS_LINE if line else COARSEST_ELEMENTS
-    if accuracy is None:
-        return n
-    return max(
-        n, math.ceil((FLOOR / (FLOOR_PART * accuracy)) ** (1 / ORDER) / RATIO ** (GRIDS - 1))
-    )
-
-
 def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
     """Elements across on the first grid: on the last of three the floor is half of the accuracy, or
     it is refused.
@@ -390,15 +330,16 @@ def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
     raise TooLarge(what, _size(scene, options, last)[1], process.available() / 2, fits)
 
 
-def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> int:
+def _next(scene: Scene, options: SolveOptions, sequence: GridSequence[GridLevel]) -> int:
     """Elements across on the next grid: as many as the narrowest patch asks for, if these fit."""
     assert options.target is not None
     narrowest = min(
-        (each.across for each in last.unresolved(options.target.accuracy)), default=NARROWEST
+        (each.across for each in sequence.levels[-1].unresolved(options.target.accuracy)),
+        default=NARROWEST,
     )
-    usual = math.ceil(last.n * RATIO)
-    n = math.ceil(last.n * max(RATIO, NARROWEST / narrowest))
-    if few and n > usual and not _fits(scene, options, n):
+    usual = int(sequence.finer())
+    n = int(sequence.finer(max(RATIO, NARROWEST / narrowest)))
+    if sequence.few and n > usual and not _fits(scene, options, n):
         return usual
     return n
 

@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,14 @@ from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
 from varcontact.scene.transient import Transient
 from varcontact.solvers.batched.newton import shift_before, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
-from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
+from varcontact.solving.grid_sequence import (
+    FLOOR,
+    ORDER,
+    RATIO,
+    GridSequence,
+    coarsest,
+    gridded,
+)
 from varcontact.solving.options import BY_DEFAULT
 from varcontact.solving.time_step import largest_contacts
 from varcontact.system.process import one_blas_thread
@@ -209,32 +217,30 @@ def _on_grids(
 def _to_accuracy(
     scenes: Sequence[Scene], accuracy: float, tol: float
 ) -> tuple[Figures, np.ndarray]:
-    """By `adaptive`'s rule: three grids at least, until the error is small enough; with the bars,
-    as ``Fx_error``.
+    """By the rule of `GridSequence`: three grids at least, until the error is small enough; with
+    the bars, as ``Fx_error``.
     """
     figures = {name: np.full(len(scenes), math.nan) for name in (*FIGURES, *BARS)}
     solved = np.zeros(len(scenes), bool)
     left = np.arange(len(scenes))
-    levels: list[tuple[int, Figures]] = []
     line = scenes[0].line
-    n = coarsest(line, accuracy)
-    while left.size and _small_enough(n, line):
+    sequence = GridSequence[Figures](coarsest(line, accuracy))
+    while left.size and _small_enough(n := int(sequence.n), line):
         on_grid = [gridded(scenes[k], True, n) for k in left.tolist()]
         figures_on_grid, goes_on = _on_grids(on_grid, range(len(on_grid)), tol)
-        levels = [*levels, (n, figures_on_grid)][-GRIDS:]
-        if len(levels) == GRIDS:
-            best, error = _extrapolated(on_grid, levels)
+        sequence.learn(figures_on_grid)
+        if not sequence.few:
+            best, error = _extrapolated(on_grid, sequence)
             accurate = goes_on & (error <= accuracy)
             for name, values in best.items():
                 figures[name][left[accurate]] = values[accurate]
             solved[left[accurate]] = True
             goes_on &= ~accurate
         left = left[goes_on]
-        levels = [
-            (across, {name: values[goes_on] for name, values in of_level.items()})
-            for across, of_level in levels
+        sequence.levels = [
+            {name: values[goes_on] for name, values in of_level.items()}
+            for of_level in sequence.levels
         ]
-        n = math.ceil(n * RATIO)
     return figures, solved
 
 
@@ -246,21 +252,20 @@ def _small_enough(n: int, line: bool) -> bool:
 
 
 def _extrapolated(
-    scenes: list[Scene], levels: list[tuple[int, Figures]]
+    scenes: list[Scene], sequence: GridSequence[Figures]
 ) -> tuple[Figures, np.ndarray]:
     """Figures with their error bars, extrapolated from three grids; and the largest error of each
     scene, as a part of its unit.
     """
-    n, finest = levels[-1]
+    finest = sequence.levels[-1]
+    floor = FLOOR * sequence.across[-1] ** -ORDER
     limit, units = _units(scenes)
     best = dict(finest)
     errors = {}
     for name, unit in units.items():
-        value, error = richardson(
-            [of_level[name] for _, of_level in levels], [across for across, _ in levels]
-        )
+        value, error = sequence.extrapolated(itemgetter(name))
         best[name] = np.where(np.isnan(unit), finest[name], value)
-        errors[f"{name}_error"] = error + FLOOR * n**-ORDER * unit
+        errors[f"{name}_error"] = error + floor * unit
     # by a little, where extrapolated
     beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)
     best |= {name: best[name] / beyond for name in ("Fx", "Fy")}

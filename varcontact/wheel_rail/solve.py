@@ -23,16 +23,18 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import OutOfTime
 from varcontact.solving import adaptive
 from varcontact.solving.adaptive import (
-    COARSEST_ELEMENTS,
     COARSEST_SECONDS,
-    FLOOR,
-    GRIDS,
-    ORDER,
-    RATIO,
     TIME_BUDGETS_MAX,
     TIME_ORDER,
     GridLevel,
     estimated,
+)
+from varcontact.solving.grid_sequence import (
+    COARSEST_ELEMENTS,
+    FLOOR,
+    ORDER,
+    RATIO,
+    GridSequence,
     richardson,
 )
 from varcontact.solving.on_grid import ContactOnGrid
@@ -434,13 +436,14 @@ def _on_finer_elements(
     """
     ends = 0.0 if target.time_budget is None else started + target.time_budget
     n = float(ACROSS if target.time_budget is None else COARSEST_ELEMENTS)
-    solved: list[WheelRailSolution] = []
+    sequence = GridSequence[WheelRailSolution](n, whole=False)
+    solved = sequence.levels
     seconds = 0.0
-    while len(solved) < GRIDS or seconds * RATIO**TIME_ORDER < ends - time.perf_counter():
+    while sequence.few or seconds * RATIO**TIME_ORDER < ends - time.perf_counter():
         begun = time.perf_counter()
-        on_sides = _with_elements_across(case, first, n)
+        on_sides = _with_elements_across(case, first, sequence.n)
         start = Start(solved[-1] if solved else first)
-        deadline = _deadline(target, started, len(solved) < GRIDS)
+        deadline = _deadline(target, started, sequence.few)
         try:
             wheel = WheelOnElements(
                 on_sides, tol, methods, start, deadline=deadline, second_order=True
@@ -454,10 +457,9 @@ def _on_finer_elements(
             if not solved:
                 raise
             break
-        solved.append(replace(last, case=case))
+        sequence.learn(replace(last, case=case))
         seconds = time.perf_counter() - begun
-        n *= RATIO
-    return _with_errors(solved[-GRIDS:], target)
+    return _with_errors(sequence.last, target)
 
 
 def _with_elements_across(case: WheelGeometry, first: WheelRailSolution, n: float) -> WheelGeometry:
