@@ -28,6 +28,7 @@ from .interfaces.shear_strength import ShearStrength
 from .io.contact_input import read_contact_input
 from .io.contact_output import ContactOutput, read_contact_output
 from .io.contact_results import ContactResult, read_contact_result
+from .io.contact_stresses import read_contact_stresses
 from .io.influence_numbers import read_influence_numbers
 from .io.scene_toml import read_scene
 from .plasticity.limits import Shakedown, shakedown
@@ -178,6 +179,7 @@ __all__ = [
     "read_contact_input",
     "read_contact_output",
     "read_contact_result",
+    "read_contact_stresses",
     "read_influence_numbers",
     "read_scene",
     "read_sweep",

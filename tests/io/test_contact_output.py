@@ -162,3 +162,35 @@ def test_a_case_without_output_has_no_patches(tmp_path):
     path.write_text(f" Case     1\n{result} Case     2\n Input: ERROR.\n")
     with pytest.raises(vc.SceneError, match="ends case 2, whose contact patch 1 has no FN"):
         vc.read_contact_output(path)
+
+
+SUBSURFACE = """%   NX          NY          NZ           -
+     2           1           2         0.000
+%    X           Y           Z          SIGVM
+  0.0  0.5  0.0  1.0
+  1.0  0.5  0.0  2.0
+  0.0  0.5  0.3  3.0
+  1.0  0.5  0.3  4.0
+"""
+
+
+def test_stresses_below_the_surface_by_block(tmp_path):
+    path = tmp_path / "a.0001.subs"
+    path.write_text(SUBSURFACE + SUBSURFACE.replace("4.0", "5.0"))
+    first, second = vc.read_contact_stresses(path)
+    assert first["SIGVM"].tolist() == [[[1.0, 2.0]], [[3.0, 4.0]]]
+    assert (first["Z"][1, 0, 1], second["SIGVM"][1, 0, 1]) == (0.3, 5.0)
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("NX ", "MX ", "line 1 should name NX, NY and NZ"),
+    ("     2           1  ", "     0           1  ", "line 2 has"),
+    ("     2           1  ", "     9           1  ", "line 7 ends before 18 points"),
+    ("%    X ", "%    R ", "line 3 should name the columns X, Y, Z"),
+    ("  3.0\n", "  ***\n", "line 6 should have 4 numbers"),
+    (SUBSURFACE, "\n", "has no stresses"),
+])  # fmt: skip
+def test_damaged_stresses_are_refused_by_line(tmp_path, old, new, words):
+    path = tmp_path / "a.0001.subs"
+    path.write_text(SUBSURFACE.replace(old, new))
+    refused(lambda: vc.read_contact_stresses(path), words=words)

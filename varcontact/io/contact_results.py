@@ -19,7 +19,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.contact_elements import ringed
-from varcontact.io.contact_words import MOST_BYTES, Group, lattice, number_of, wrong_line
+from varcontact.io.contact_words import MOST_BYTES, Group, lattice, numbers_of_line, wrong_line
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
@@ -329,7 +329,7 @@ def _table(path: Path, lines: list[str], start: int, names: list[str], size: int
     for number, row in enumerate(lines[start:], start + 1):
         if not row.strip():
             continue
-        numbers = dict(zip(names, _numbers(path, number, row, len(names)), strict=False))
+        numbers = dict(zip(names, numbers_of_line(path, number, row, len(names)), strict=False))
         element = int(numbers["I"]) - 1
         within = numbers["I"] == element + 1 and 0 <= element < size
         if not within or np.isfinite(table[0, element]):
@@ -363,15 +363,6 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, float], list[str], 
         if k + 1 >= len(lines) or lines[k + 1].strip().startswith("%"):
             raise wrong_line(path, k + 2, f"should be numbers: {LAYOUT}")
         named = [place for place, name in enumerate(names) if name != "-"]
-        numbers = _numbers(path, k + 2, lines[k + 1], len(named))
+        numbers = numbers_of_line(path, k + 2, lines[k + 1], len(named))
         values |= {names[place]: numbers[place] for place in named if place < len(numbers)}
     raise AssertionError("a file ends")
-
-
-def _numbers(path: Path, line: int, text: str, least: int) -> list[float]:
-    """The numbers of a line; what CONTACT leaves out of a table is no number, and refused."""
-    found = [number_of(word) for word in text.split()]
-    numbers = [value for value in found if value is not None]
-    if len(numbers) < least or len(numbers) < len(found):
-        raise wrong_line(path, line, f"should have {least} numbers or more")
-    return numbers

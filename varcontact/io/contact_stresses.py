@@ -1,15 +1,22 @@
-"""Points below the surface in CONTACT's input files, and extremes of the stresses there."""
+"""Points below the surface in CONTACT's input files, extremes of the stresses there, and files of
+such stresses.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from varcontact.io.contact_words import Group
+from varcontact import checks
+from varcontact.io.contact_words import MOST_BYTES, Group, numbers_of_line, wrong_line
 from varcontact.results.stress import SubsurfaceStress
 from varcontact.scene.grid import Grid
+from varcontact.system.files import text_of
+
+COUNTS = ["NX", "NY", "NZ"]
 
 
 def points_of(groups: Sequence[Group], grid: Grid) -> tuple[np.ndarray, ...]:
@@ -85,3 +92,78 @@ def _farthest(values: np.ndarray) -> float:
     """That farthest from zero."""
     flat = values.ravel()
     return float(flat[np.abs(flat).argmax()])
+
+
+@checks.named_options()
+def read_contact_stresses(path: str | Path) -> list[dict[str, np.ndarray]]:
+    """Displacements and stresses below the surface that CONTACT computed, from its file
+    ``<experiment>.<case>.subs``.
+
+    Parameters
+    ----------
+    path : str or Path
+        A table in text, written with S = 1 to 3 and MATFIL = 1 or 2.
+
+    Returns
+    -------
+    list of dict of str to ndarray, shape (nz, ny, nx)
+        A block of points each: X, Y, Z [mm], UX, UY, UZ [mm], SIGHYD, SIGVM and, with MATFIL = 2,
+        SIGXX to SIGZZ [N/mm^2], by CONTACT's names.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, or is not of this layout: with the line.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import varcontact as vc
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = pathlib.Path(folder.name) / "ball.0001.subs"
+    >>> _ = path.write_text('''% NX NY NZ - -
+    ... 1 1 2 0.0 0.0
+    ... % X Y Z UZ SIGVM
+    ... 0.0 0.0 0.0 0.404 1.744
+    ... 0.0 0.0 0.1 0.380 1.349
+    ... ''')
+    >>> (block,) = vc.read_contact_stresses(path)
+    >>> block["SIGVM"].ravel()
+    array([1.744, 1.349])
+    >>> folder.cleanup()
+    """
+    file = checks.file_name("path", path)
+    text = text_of("path", file, MOST_BYTES, "a file of CONTACT's subsurface stresses")
+    lines = text.splitlines()
+    blocks = []
+    k = 0
+    while k < len(lines):
+        if not lines[k].strip():
+            k += 1
+            continue
+        block, k = _read_block(file, lines, k)
+        blocks.append(block)
+    if not blocks:
+        raise wrong_line(file, 1, "has no stresses")
+    return blocks
+
+
+def _read_block(file: Path, lines: Sequence[str], k: int) -> tuple[dict[str, np.ndarray], int]:
+    """The block of points that begins with line k, and the line behind it."""
+    if lines[k].strip("% ").upper().split()[:3] != COUNTS:
+        raise wrong_line(file, k + 1, "should name NX, NY and NZ")
+    counts = numbers_of_line(file, k + 2, "".join(lines[k + 1 : k + 2]), 3)[:3]
+    if any(count != int(count) or count < 1 for count in counts):
+        raise wrong_line(file, k + 2, f"has {counts} for NX, NY and NZ")
+    nx, ny, nz = map(int, counts)
+    names = "".join(lines[k + 2 : k + 3]).strip("% ").upper().split()
+    if names[:3] != ["X", "Y", "Z"]:
+        raise wrong_line(file, k + 3, "should name the columns X, Y, Z and more")
+    first = k + 3
+    last = first + nx * ny * nz
+    if last > len(lines):
+        raise wrong_line(file, len(lines), f"ends before {nx * ny * nz} points")
+    rows = [numbers_of_line(file, row + 1, lines[row], len(names)) for row in range(first, last)]
+    table = np.array([row[: len(names)] for row in rows])
+    fields = table.T.reshape(len(names), nz, ny, nx)
+    return dict(zip(names, fields, strict=True)), last

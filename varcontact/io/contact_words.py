@@ -135,6 +135,15 @@ def wrong_line(path: Path, line: int, what: str) -> SceneError:
     return SceneError("path", str(path), message=f"{path}, line {line} {what}")
 
 
+def numbers_of_line(path: Path, line: int, text: str, least: int) -> list[float]:
+    """The numbers of a line; what CONTACT leaves out of a table is no number, and refused."""
+    found = [number_of(word) for word in text.split()]
+    numbers = [value for value in found if value is not None]
+    if len(numbers) < least or len(numbers) < len(found):
+        raise wrong_line(path, line, f"should have {least} numbers or more")
+    return numbers
+
+
 FORMS: dict[str, tuple[str, Callable[[str], bool]]] = {
     "d": ("is not a number", lambda word: number_of(word) is not None),
     "a": ("is not an angle", lambda word: angle_of(word) is not None),
