@@ -53,6 +53,7 @@ def medium_on(
     """
     surface = scene.surface
     if isinstance(surface, PinInHole):
+        assert isinstance(scene.bodies, Bodies)
         medium: Medium = _pin_in_hole(scene.bodies, surface, length)
     else:
         medium = medium_of(scene.bodies, length, depth, speed)
@@ -66,8 +67,7 @@ def medium_on(
     return medium
 
 
-def _pin_in_hole(bodies: Bodies | BodyPair, surface: PinInHole, length: float) -> PinInHoleMedium:
-    assert isinstance(bodies, Bodies)
+def _pin_in_hole(bodies: Bodies, surface: PinInHole, length: float) -> PinInHoleMedium:
     moduli, ratios = bodies.pairs
     G1, G2 = (each / bodies.combined_G for each in moduli)
     return PinInHoleMedium(surface.R / length, (G1, G2), ratios, surface.depth / length)
