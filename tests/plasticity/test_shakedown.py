@@ -310,9 +310,9 @@ def test_solutions_without_a_limit(sliding):
 # ----------------------------------------------------------------------- proofs of line contacts
 
 
-def of_line(sol, beyond=60):
+def of_line(sol):
     load, grid = loaded_part(sol, 2)
-    return HalfPlane.of(load[:, 0], grid.sides[0], sol.scene.bodies.combined_nu, beyond), grid
+    return HalfPlane.of(load[:, 0], grid, sol.scene.bodies.combined_nu, beyond=60)
 
 
 @pytest.fixture(scope="module")
@@ -330,54 +330,62 @@ def along_and_across():
 
 
 def test_closed_field_of_linear_tractions(along_and_across):
-    field, grid = of_line(along_and_across)
-    x = grid.x[0] + field.step * np.arange(-60, grid.nx + 60)
-    for depth in (0.5 * field.step, 4 * field.step):
+    field = of_line(along_and_across)
+    x = field.x
+    for depth in (0.5 * field.spacing, 4 * field.spacing):
         points = np.array([x, 0 * x, np.full(x.shape, -depth)])
         stress = vc.stress(along_and_across, points, "lower").stress
         mirrored = np.array([1.0, 1.0, 1.0, -1.0, -1.0])
         assert field.curve(depth) == pytest.approx(coordinates(stress) * mirrored, abs=3e-5)
+        assert _moved(field, x, depth) == pytest.approx(field.curve(depth), abs=1e-13)
+
+
+def _moved(field, x, depth, ahead=0.0):
+    mean, slope = field.stress_at(x, depth)
+    if depth == 0:
+        return mean
+    return mean + (depth + ahead) * slope
 
 
 @pytest.mark.parametrize("depth", [0.0, 0.05, 0.5, 3.0])
-def test_bounds_between_samples_hold(along_and_across, depth):
-    field, _ = of_line(along_and_across)
-    depth *= field.step
+@pytest.mark.parametrize("parts", [1, 4])
+def test_bounds_between_samples_hold(along_and_across, depth, parts):
+    field = of_line(along_and_across)
+    step = field.spacing / parts
+    depth *= field.spacing
     ahead = 0.1 * depth
-
-    def stress(given):
-        mean, slope = given.stress(depth)
-        return mean + (depth + ahead) * slope if depth else mean
-
-    coarse = stress(field)
-    fine = stress(field.finer().finer().finer())
-    bound = field.between(depth, ahead)[:-1]
-    for part in range(1, 8):
-        linear = (1 - part / 8) * coarse[:-1] + part / 8 * coarse[1:]
-        apart = np.linalg.norm(fine[part::8][: len(linear)] - linear, axis=1)
+    x = field.x[0] + step * np.arange(parts * (len(field.x) - 1) + 1)
+    samples = _moved(field, x, depth, ahead)
+    bound = field.between_at(x[:-1], step, depth, ahead)
+    if parts == 1:
+        assert field.between(depth, ahead)[:-1] == pytest.approx(bound, rel=1e-9, abs=1e-13)
+    for part in (0.1, 0.5, 0.8):
+        linear = (1 - part) * samples[:-1] + part * samples[1:]
+        apart = np.linalg.norm(_moved(field, x[:-1] + part * step, depth, ahead) - linear, axis=1)
         assert (apart <= bound).all()
 
 
-@pytest.mark.parametrize("f", [0.0, 0.2, 0.4])
-def test_lower_bounds_of_lines_are_proved(f):
+@pytest.mark.parametrize(("f", "hardening"), [(0.0, "none"), (0.4, "none"), (0.3, "kinematic")])
+def test_lower_bounds_of_lines_are_proved(f, hardening):
     """No stress at random places, beside and between the samples, is above the proved one."""
     sol = line(f, n=60)
     strength = yield_strength(0.5 / 0.7, 1.0)
     passage = line_passage(sol, 2)
-    limit = with_proof(passage, strength, line_limit(passage, strength, "none"))
+    limit = with_proof(passage, strength, line_limit(passage, strength, hardening))
     assert limit.proved
     assert 0.985 * limit.upper < limit.lower < limit.sampled * (1 + 1e-12)
-    proof = Proof(passage.field, strength, limit.depths, limit.centres, passage.unit)
-    enough = 1.002 / limit.upper
-    layers = sorted(proof.layers(enough), key=lambda layer: layer.top)
+    field = passage.field
+    proof = Proof(field, strength, limit.depths, limit.centres, passage.unit)
+    layers = sorted(proof.layers(1.002 / limit.upper), key=lambda layer: layer.top)
     assert [each.end for each in layers[:-1]] == [each.top for each in layers[1:]]
-    fine = replace(passage.field, parts=5)
     rng = np.random.default_rng(1)
     largest = 0.0
     for layer in layers[:: max(1, len(layers) // 60)]:
         depth = float(rng.uniform(layer.top, layer.end))
-        middle = proof.centre((layer.top + layer.end) / 2)
-        size = np.linalg.norm(fine.curve(depth) / (0.5 / 0.7) - middle, axis=1).max()
+        x = np.concatenate([rng.uniform(-1.2, 1.2, 300), rng.uniform(-9, 9, 50)])
+        residual = proof.centre((layer.top + layer.end) / 2)
+        stress = _moved(field, x, depth) / (0.5 / 0.7) - residual
+        size = np.linalg.norm(stress, axis=1).max()
         assert size <= layer.radius
         largest = max(largest, size)
     assert largest > 0.97 / limit.upper

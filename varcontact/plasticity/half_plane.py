@@ -8,11 +8,12 @@ kernel at the depth z, v its conjugate. Stresses are ``A + z B``, both harmonic:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from varcontact.plasticity.passage import coordinates
+from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 HEIGHT = 1 / 4
@@ -32,44 +33,41 @@ class HalfPlane:
     ----------
     kinks : ndarray, shape (3, n)
         Changes of the slopes [force/area/length].
-    spacing : float
-        Distance of the nodes [length].
+    first, spacing : float
+        Place of the first node, and distance of the nodes [length].
     nu : float
         Poisson's ratio.
-    parts : int
-        Steps of the lattice of samples from node to node.
     beyond : int
-        Nodes before and behind the others, to which samples reach.
+        Nodes before and behind the others, to which samples reach: one at each node.
     """
 
     kinks: np.ndarray
+    first: float
     spacing: float
     nu: float
-    parts: int
     beyond: int
+    _known: dict[float, tuple[np.ndarray, np.ndarray]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     @classmethod
-    def of(cls, load: np.ndarray, spacing: float, nu: float, beyond: int) -> HalfPlane:
-        """By values (3, n) at nodes, of which the first and the last are zero."""
+    def of(cls, load: np.ndarray, grid: Grid, nu: float, beyond: int) -> HalfPlane:
+        """By values (3, n) at the centres of strips, of which the first and the last are zero."""
+        spacing = grid.sides[0]
         slopes = np.diff(load, axis=1) / spacing
         kinks = np.diff(np.pad(slopes, ((0, 0), (1, 1))), axis=1)
-        return cls(kinks, spacing, nu, 1, beyond)
-
-    def curve(self, depth: float) -> np.ndarray:
-        """Coordinates (samples, 5) of the stress at a depth."""
-        mean, slope = self.stress(depth)
-        if depth == 0:
-            return mean
-        return mean + depth * slope
-
-    def finer(self) -> HalfPlane:
-        """The same with samples twice as close."""
-        return replace(self, parts=2 * self.parts)
+        return cls(kinks, float(grid.x[0]), spacing, nu, beyond)
 
     @property
-    def step(self) -> float:
-        """Distance of the samples [length]."""
-        return self.spacing / self.parts
+    def nodes(self) -> np.ndarray:
+        """Places (n,) [length]."""
+        return self.first + self.spacing * np.arange(self.kinks.shape[1])
+
+    @property
+    def x(self) -> np.ndarray:
+        """Places of the samples [length]."""
+        count = self.kinks.shape[1]
+        return self.first + self.spacing * np.arange(-self.beyond, count + self.beyond)
 
     @property
     def forces(self) -> np.ndarray:
@@ -82,11 +80,36 @@ class HalfPlane:
         """Size of the deviator of a radial stress of 1."""
         return float(np.sqrt((1 - self.nu + self.nu**2) / 3))
 
+    def curve(self, depth: float) -> np.ndarray:
+        """Coordinates (samples, 5) of the stress at a depth."""
+        mean, slope = self.stress(depth)
+        if depth == 0:
+            return mean
+        return mean + depth * slope
+
     def stress(self, depth: float) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates (n, 5) of A and of B at the samples of a depth; B is infinite at the kinks of
-        the surface.
+        """Coordinates (samples, 5) of A and of B at a depth; B is infinite at the kinks of the
+        surface.
         """
-        u, v, u_x, u_z = self._potentials(depth)
+        if depth not in self._known:
+            steps = self.spacing * np.arange(-self._most, self._most + 1)
+            tables = np.array(_of_kink(steps, depth))
+            self._known[depth] = self._coordinates(*self._summed(tables[:, None]))
+        return self._known[depth]
+
+    def stress_at(self, x: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
+        """The same at places x (n,)."""
+        potential, derivative = _of_kink(x - self.nodes[:, None], depth)
+        return self._coordinates(self.kinks @ potential, self.kinks @ derivative)
+
+    def _coordinates(
+        self, potential: np.ndarray, derivative: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates (n, 5) of A and B by Phi and its derivative (3, n)."""
+        u = -potential.imag
+        v = potential.real
+        u_x = -derivative.imag
+        u_z = -derivative.real
         none = np.zeros(u.shape[1])
         xx = -u[2] - 2 * v[0]
         zz = -u[2]
@@ -97,24 +120,16 @@ class HalfPlane:
         slope = np.array([[-turned, none, sheared], [none, none, none], [sheared, none, turned]])
         return coordinates(mean), coordinates(slope)
 
-    def _potentials(self, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """u, v, u_x and u_z of the three tractions, (3, samples)."""
-        most = self._most
-        w = self.step * np.arange(-most, most + 1) + 1j * depth
-        logarithm = np.log(np.where(w == 0, 1.0, w))
-        potential, derivative = self._summed(np.array([w * logarithm, logarithm])[:, None]) / np.pi
-        return -potential.imag, potential.real, -derivative.imag, -derivative.real
-
     @property
     def _most(self) -> int:
         """Steps from the first node to the last sample."""
-        return (self.kinks.shape[1] - 1 + self.beyond) * self.parts
+        return self.kinks.shape[1] - 1 + self.beyond
 
     @property
     def _samples(self) -> slice:
         """Places of the samples among the sums over nodes."""
-        first = (self.kinks.shape[1] - 1) * self.parts
-        return slice(first, first + self._most + 1 + self.beyond * self.parts)
+        count = self.kinks.shape[1]
+        return slice(count - 1, 2 * count - 1 + 2 * self.beyond)
 
     @lazy_property
     def _length(self) -> int:
@@ -124,23 +139,16 @@ class HalfPlane:
         return int(next_fast_len(3 * self._most + 1, real=True))
 
     @lazy_property
-    def _spread(self) -> np.ndarray:
-        """Kinks (3, samples) on the lattice of the samples."""
-        spread = np.zeros((3, (self.kinks.shape[1] - 1) * self.parts + 1))
-        spread[:, :: self.parts] = self.kinks
-        return spread
-
-    @lazy_property
     def _spectrum(self) -> np.ndarray:
         from scipy import fft
 
-        return np.asarray(fft.fft(self._spread, self._length))
+        return np.asarray(fft.fft(self.kinks, self._length))
 
     @lazy_property
     def _spectrum_of_sizes(self) -> np.ndarray:
         from scipy import fft
 
-        return np.asarray(fft.rfft(np.abs(self._spread), self._length))
+        return np.asarray(fft.rfft(np.abs(self.kinks), self._length))
 
     def _summed(self, tables: np.ndarray) -> np.ndarray:
         """Sums (..., 3, samples) over the kinks, of complex tables (..., 1, steps)."""
@@ -152,24 +160,36 @@ class HalfPlane:
         sums[..., acting, :] = fft.ifft(product, overwrite_x=True)[..., self._samples]
         return sums
 
-    def _bounded(self, tables: np.ndarray) -> np.ndarray:
-        """Sum (samples,) over the sizes of all kinks, of tables (3, steps)."""
-        from scipy import fft
-
-        product = np.sum(fft.rfft(tables, self._length) * self._spectrum_of_sizes, axis=0)
-        return np.asarray(fft.irfft(product, self._length)[self._samples])
-
     # ------------------------------------------------------------------------- bounds
 
     def between(self, depth: float, ahead: float) -> np.ndarray:
         """Bound (samples,) on how far ``A + z B + ahead B`` is from its linear interpolation
         between a sample and the next.
-
-        The tractions that do it are triangles at their kinks.
         """
-        step = self.step
+        from scipy import fft
+
         number = np.arange(-self._most, self._most + 1)
-        apart = step * np.where(number >= 0, number, -number - 1)
+        apart = self.spacing * np.where(number >= 0, number, -number - 1)
+        tables = np.array(self._of_triangle(apart, self.spacing, depth, ahead))
+        product = np.sum(fft.rfft(tables, self._length) * self._spectrum_of_sizes, axis=0)
+        return np.maximum(fft.irfft(product, self._length)[self._samples], 0.0)
+
+    def between_at(self, x: np.ndarray, step: float, depth: float, ahead: float) -> np.ndarray:
+        """The same between places x (n,) and those a step farther on, a part of the spacing."""
+        from_node = x - self.nodes[:, None]
+        apart = np.where(from_node >= -step / 2, from_node, -from_node - step)
+        bounds = self._of_triangle(np.maximum(apart, 0.0), step, depth, ahead)
+        return np.asarray(
+            sum(size @ bound for size, bound in zip(np.abs(self.kinks), bounds, strict=True))
+        )
+
+    def _of_triangle(
+        self, apart: np.ndarray, step: float, depth: float, ahead: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Bounds on the stress by a triangle of traction, along x and y and of pressure, at places
+        so far before or behind it: tractions between two samples differ by it, for a kink of 1,
+        from linear interpolation.
+        """
         square = np.maximum(apart**2 + depth**2, np.finfo(float).tiny)
         area = AREA * step**2
         height = HEIGHT * step
@@ -183,11 +203,10 @@ class HalfPlane:
             2 * self.uniaxial * area * far / np.pi, conjugate + height * (1 + 2 / np.pi)
         )
         lateral = np.minimum(area * far / np.pi, np.hypot(height, CONJUGATE * step))
-        tables = np.array([sheared + ahead * curved, lateral, pressed + ahead * curved])
-        return np.maximum(self._bounded(tables), 0.0)
+        return sheared + ahead * curved, lateral, pressed + ahead * curved
 
     def near_surface(self, depth: float) -> float:
-        """Bound on z B at the depths from the surface to one."""
+        """Bound on z B at the depths from the surface to one, at the samples and between them."""
         reach = (self.kinks.shape[1] + 2 * self.beyond) * self.spacing
         sizes = np.abs(self.kinks).sum(axis=1)
         total = float(sizes[0] + sizes[2])
@@ -205,3 +224,10 @@ class HalfPlane:
         """Bound on the stress at a depth and deeper."""
         along, across, pressure = self.forces
         return float(2 * self.uniaxial * (along + pressure) + across) / (np.pi * depth)
+
+
+def _of_kink(x: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
+    """Phi and its derivative at distances x from a kink of 1."""
+    w = x + 1j * depth
+    logarithm = np.log(np.where(w == 0, 1.0, w))
+    return w * logarithm / np.pi, logarithm / np.pi

@@ -31,8 +31,8 @@ ELEMENTS = 200
 """Strips across the contact at least: coarser ones are divided."""
 AHEAD = 6.0
 """Length of the passage before and behind the contact, in half-widths."""
-AHEAD_OF_PROOF = 3.0
-"""The same for a proof, which bounds what is farther away."""
+CLOSED_AHEAD = 4.0
+"""The same for half-spaces: what is farther away is bounded."""
 DEPTHS = np.concatenate([[0.0], np.geomspace(2e-3, 3.0, 80)])
 """Depths of the first search, in half-widths."""
 FINE_DEPTHS = 21
@@ -123,13 +123,15 @@ def line_passage(
         x = middle + unit * _graded_places()
         return LinePassage(x, unit, _given_curves(elastic, x, side), {})
     load, grid = divided(load, grid, max(1, -(-ELEMENTS // grid.nx)))
-    beyond = int(np.ceil(AHEAD * unit / grid.sides[0]))
-    x = grid.x[0] + grid.sides[0] * np.arange(-beyond, grid.nx + beyond)
     body = BodyField(solution, side)
-    if body.layered:
-        return LinePassage(x, unit, _strip_curves(body, load, grid, beyond), {})
-    field = HalfPlane.of(load[:, 0], grid.sides[0], body.constants["nu"], beyond)
-    return LinePassage(x, unit, _closed_curves(field), {}, field)
+    if not body.layered:
+        beyond = int(np.ceil(CLOSED_AHEAD * unit / grid.sides[0]))
+        field = HalfPlane.of(load[:, 0], grid, body.constants["nu"], beyond)
+        return LinePassage(field.x, unit, _closed_curves(field), {}, field)
+    beyond = int(np.ceil(AHEAD * unit / grid.sides[0]))
+    curves = _strip_curves(body, load, grid, beyond)
+    x = grid.x[0] + grid.sides[0] * np.arange(-beyond, grid.nx + beyond)
+    return LinePassage(x, unit, curves, {})
 
 
 def _closed_curves(field: HalfPlane) -> Curves:
@@ -146,9 +148,7 @@ def with_proof(line: LinePassage, strength: Strength, limit: LineLimit) -> LineL
     """The limit with a lower bound that is proved between samples, too, where that is possible."""
     if line.field is None:
         return limit
-    beyond = int(np.ceil(AHEAD_OF_PROOF * line.unit / line.field.spacing))
-    field = replace(line.field, beyond=beyond)
-    proof = Proof(field, strength, limit.depths, limit.centres, line.unit)
+    proof = Proof(line.field, strength, limit.depths, limit.centres, line.unit)
     return replace(limit, lower=1 / proof.radius((1 + TOLERANCE) / limit.upper), proved=True)
 
 

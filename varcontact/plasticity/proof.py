@@ -27,28 +27,18 @@ TOLERANCE = 2e-3
 """Excess over the largest stress at samples at which the proof ends."""
 LAYERS_MAX = 500
 """Layers at most that are looked at."""
-PARTS_MAX = 128
+PARTS_MAX = 256
 """Samples from node to node at most."""
 
 
 @dataclass(frozen=True)
 class Layer:
-    """Depths from `top` to `end`, looked at with so many samples from node to node.
-
-    `radius` bounds all stresses in it; of that `along` is for what lies between samples along x,
-    `down` for the thickness.
-    """
+    """Depths from `top` to `end`, a bound on all stresses in it, and the largest one at its top."""
 
     top: float
     end: float
-    parts: int
     radius: float
-    along: float
-    down: float
-
-    @property
-    def can_be_refined(self) -> bool:
-        return self.parts < PARTS_MAX or self.down >= self.along
+    peak: float
 
     def __lt__(self, other: Layer) -> bool:
         return self.radius > other.radius
@@ -75,15 +65,19 @@ class Proof:
 
     def layers(self, enough: float) -> list[Layer]:
         """Layers from the surface to the last depth, of which the first has the largest radius."""
-        fields = {1: self.field}
-        layers = [self._layer(fields, *ends, 1) for ends in pairwise(self._first_tops())]
+        layers = [self._layer(*ends, enough) for ends in pairwise(self._first_tops())]
         heapq.heapify(layers)
         looked_at = len(layers)
-        while layers[0].radius > enough and looked_at < LAYERS_MAX and layers[0].can_be_refined:
+        while layers[0].radius > enough and looked_at < LAYERS_MAX:
             worst = heapq.heappop(layers)
-            for layer in self._refined(fields, worst):
-                heapq.heappush(layers, layer)
-                looked_at += 1
+            # no bound is less than a stress
+            enough = max(enough, (1 + TOLERANCE) * worst.peak)
+            middle = (worst.top + worst.end) / 2
+            if worst.top == 0:
+                middle = worst.end / 16
+            heapq.heappush(layers, self._layer(worst.top, middle, enough))
+            heapq.heappush(layers, self._layer(middle, worst.end, enough))
+            looked_at += 2
         return layers
 
     def centre(self, depth: float) -> np.ndarray:
@@ -98,47 +92,77 @@ class Proof:
         thin = first * GROWTH ** np.arange(max(count, 0))
         return [0.0, *thin.tolist(), *positive.tolist()]
 
-    def _refined(self, fields: dict[int, HalfPlane], layer: Layer) -> list[Layer]:
-        """A layer with samples twice as close, or its halves."""
-        if layer.along > layer.down and layer.parts < PARTS_MAX:
-            return [self._layer(fields, layer.top, layer.end, 2 * layer.parts)]
-        middle = (layer.top + layer.end) / 2
-        if layer.top == 0:
-            middle = layer.end / 16
-        return [
-            self._layer(fields, layer.top, middle, layer.parts),
-            self._layer(fields, middle, layer.end, layer.parts),
-        ]
-
-    def _layer(self, fields: dict[int, HalfPlane], top: float, end: float, parts: int) -> Layer:
-        """The bound on all stresses in a layer."""
-        if parts not in fields:
-            fields[parts] = fields[parts // 2].finer()
-        field = fields[parts]
+    def _layer(self, top: float, end: float, enough: float) -> Layer:
+        """The bound on all stresses in a layer, refined along x where it is not enough."""
         k = float(np.min(self.strength(np.array([top, end]))))
-        thickness = end - top
-        centre = self.centre((top + end) / 2)
-        mean, slope = field.stress(top)
-        # at the samples, and between them
-        moved = mean / k - centre
-        if top == 0:
-            down = field.near_surface(end) / k
-            largest, along = _largest(np.linalg.norm(moved, axis=1), field.between(0.0, 0.0) / k)
-            largest += down
-        else:
-            moved = moved + top / k * slope
-            size = np.linalg.norm(moved, axis=1)
-            lower = np.linalg.norm(moved + thickness / k * slope, axis=1)
-            between = field.between(top, thickness) / k
-            largest, along = _largest(np.maximum(size, lower), between)
-            down = largest - _largest(size, between)[0]
-        far = field.beside(top, thickness) / k + float(np.linalg.norm(centre))
-        return Layer(top, end, parts, max(largest, far), along, down)
+        ends = _LayerEnds(self.field, top, end - top, k, self.centre((top + end) / 2))
+        upper, lower = ends.sizes(*self.field.stress(top))
+        between = self.field.between(top, ends.ahead) / k
+        radius, peak = ends.largest(upper, lower, between, enough)
+        far = self.field.beside(top, ends.ahead) / k + float(np.linalg.norm(ends.centre))
+        return Layer(top, end, max(radius + ends.added, far), peak)
 
 
-def _largest(size: np.ndarray, between: np.ndarray) -> tuple[float, float]:
-    """Bound on a size between samples, too, and what of it is for these."""
-    total = size + between
-    total[:-1] = np.maximum(total[:-1], size[1:] + between[:-1])
-    number = int(total.argmax())
-    return float(total[number]), float(between[number])
+@dataclass(frozen=True, eq=False)
+class _LayerEnds:
+    """Sizes of ``A + z B`` and of ``A + z B + d B`` less the centre at the top z of a layer, by the
+    yield stress k.
+    """
+
+    field: HalfPlane
+    top: float
+    thickness: float
+    k: float
+    centre: np.ndarray
+
+    @property
+    def ahead(self) -> float:
+        """How far B is followed; on the surface it is infinite at kinks, and `added` bounds it."""
+        return self.thickness if self.top > 0 else 0.0
+
+    @property
+    def added(self) -> float:
+        if self.top > 0:
+            return 0.0
+        return self.field.near_surface(self.thickness) / self.k
+
+    def sizes(self, mean: np.ndarray, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sizes (n,) of both."""
+        moved = mean / self.k - self.centre
+        if self.top > 0:
+            moved = moved + self.top / self.k * slope
+        size = np.linalg.norm(moved, axis=1)
+        if self.top == 0:
+            return size, size
+        return size, np.linalg.norm(moved + self.thickness / self.k * slope, axis=1)
+
+    def largest(
+        self, upper: np.ndarray, lower: np.ndarray, between: np.ndarray, enough: float
+    ) -> tuple[float, float]:
+        """Bound on all sizes, by those at the samples, with closer ones where it is not enough; and
+        the largest of the upper ones at these.
+        """
+        size = np.maximum(upper, lower)
+        peak = float(upper.max())
+        left = self.field.x[:-1]
+        first = size[:-1]
+        last = size[1:]
+        bound = np.maximum(first, last) + between[:-1]
+        step = self.field.spacing
+        kept = 0.0
+        while True:
+            over = bound > max(enough, (1 + TOLERANCE / 2) * float(np.max(first, initial=peak)))
+            kept = max(kept, float(np.max(bound[~over], initial=0.0)))
+            if not over.any() or step < self.field.spacing / PARTS_MAX:
+                return max(kept, float(np.max(bound[over], initial=0.0))), peak
+            # halves of these intervals
+            step = step / 2
+            left = left[over]
+            upper, lower = self.sizes(*self.field.stress_at(left + step, self.top))
+            peak = max(peak, float(upper.max()))
+            middle = np.maximum(upper, lower)
+            first = np.concatenate([first[over], middle])
+            last = np.concatenate([middle, last[over]])
+            left = np.concatenate([left, left + step])
+            missed = self.field.between_at(left, step, self.top, self.ahead) / self.k
+            bound = np.maximum(first, last) + missed

@@ -154,6 +154,14 @@ def test_files(tmp_path):
     [
         ({"bodies": vc.Layered([vc.Layer(0.1, 2.0, 0.3)], base=(1.0, 0.3))}, "grid.tractions"),
         ({"third_body": vc.ThirdBody(h=0.1, G=1.0)}, "grid.tractions"),
+        (
+            {
+                "surface": vc.SampledDistance(
+                    [0.1, 0.0, 0.1], [-1, 0, 1], None, 9.0, None, [-0.1, 0, 0.1]
+                )
+            },
+            "grid.tractions",
+        ),
     ],
 )
 def test_refused_scenes(change, named):
