@@ -118,7 +118,9 @@ class _LayerEnds:
     @property
     def ahead(self) -> float:
         """How far B is followed; on the surface it is infinite at kinks, and `added` bounds it."""
-        return self.thickness if self.top > 0 else 0.0
+        if self.top > 0:
+            return self.thickness
+        return 0.0
 
     @property
     def added(self) -> float:
