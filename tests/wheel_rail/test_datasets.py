@@ -165,6 +165,6 @@ def test_columns_for_vehicle_codes_are_those_of_both_wheels(table, tmp_path):
 def test_a_table_draws_itself(table):
     figure = table.plot()
     labels = [ax.get_ylabel() for ax in figure.axes]
-    assert labels[:2] == ["rolling radius difference [mm]", "equivalent conicity"]
+    assert labels[:2] == ["rolling radius difference [mm]", "contact angle [mrad]"]
     lines = figure.axes[0].get_lines()[0].get_ydata()
     assert lines == pytest.approx(table.to_xarray()["radius_difference"].values)

@@ -237,7 +237,7 @@ def _of_kind(name: str, kind: type[Any]) -> Schema:
 
 def half_spaces() -> list[Schema]:
     """Tables of G or E, and nu: numbers, or pairs of both bodies."""
-    either = {"anyOf": [NUMBER, {"type": "array", "items": NUMBER}]}
+    either: Schema = {"anyOf": [NUMBER, {"type": "array", "items": NUMBER}]}
     words = {"G": "shear modulus", "E": "Young's modulus", "nu": "Poisson's ratio"}
     entries = {name: {"description": text, **either} for name, text in words.items()}
     return [table({name: entries[name], "nu": entries["nu"]}, [name, "nu"]) for name in ("G", "E")]

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from varcontact import checks
 from varcontact.plotting import style
-from varcontact.plotting.unit_labels import measure
+from varcontact.plotting.unit_labels import Measure, measure
 from varcontact.results.frequency import FrequencyResponse
 
 if TYPE_CHECKING:
@@ -47,22 +47,32 @@ def plot_response(
     name = rf"$\partial {NAMES[output]}/\partial {NAMES[by]}$"
     with style.styled():
         figure = style.empty_figure((style.PAGE, 0.5 * style.PAGE), figsize)
-        panels = figure.subplot_mosaic([["size", "plane"], ["phase", "plane"]])
+        width, height = figure.get_size_inches().tolist()
+        columns = [["size", "plane"], ["phase", "plane"]]
+        if width < 2 * style.PANEL_WIDTH:
+            columns = [["size"], ["phase"]]
+            style.say_dropped(3, 2, (width, height), ("size", "phase", "Nyquist's diagram"))
+        panels = figure.subplot_mosaic(columns)
         size = panels["size"]
         phase = panels["phase"]
-        plane = panels["plane"]
         size.loglog(waves(k), measured(np.abs(values)), color=style.colour(0))
         phase.semilogx(waves(k), np.degrees(np.unwrap(np.angle(values))), color=style.colour(0))
-        plane.plot(
-            measured(values.real), measured(values.imag), "o-", markersize=2, color=style.colour(0)
-        )
-        plane.axhline(0, color="k", linewidth=0.5)
-        plane.axvline(0, color="k", linewidth=0.5)
-        plane.set_aspect("equal", "datalim")
+        if "plane" in panels:
+            _draw_plane(panels["plane"], measured, values)
         size.set(ylabel=measured.label("size"), title=name)
         phase.set(xlabel=waves.label("wave number $k$"), ylabel="phase [degrees]")
-        plane.set(xlabel=measured.label("real part"), ylabel=measured.label("imaginary part"))
     return figure
+
+
+def _draw_plane(plane: Axes, measured: Measure, values: np.ndarray) -> None:
+    """Nyquist's diagram."""
+    plane.plot(
+        measured(values.real), measured(values.imag), "o-", markersize=2, color=style.colour(0)
+    )
+    plane.axhline(0, color="k", linewidth=0.5)
+    plane.axvline(0, color="k", linewidth=0.5)
+    plane.set_aspect("equal", "datalim")
+    plane.set(xlabel=measured.label("real part"), ylabel=measured.label("imaginary part"))
 
 
 @checks.named_options()

@@ -5,7 +5,8 @@ that cover nothing.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any, cast
@@ -26,6 +27,10 @@ COLUMN = 3.54
 """Width of one column of a journal [inch]: 90 mm."""
 PAGE = 7.48
 """Width of a page of two columns [inch]: 190 mm."""
+
+PANEL_WIDTH = 2.3
+PANEL_HEIGHT = 1.9
+"""Smallest legible panel with its labels [inch]."""
 
 STICK_COLOUR = "#cfe3f3"
 SLIP_COLOUR = "#f6d3b8"
@@ -52,6 +57,10 @@ OURS = b".*Drawn by varcontact"
 """Pattern of files with the mark."""
 _SIGNED = {"png": "Software", "pdf": "Creator", "svg": "Creator", "ps": "Creator", "eps": "Creator"}
 """Where pictures of each kind can say it; those of other kinds cannot."""
+
+
+class SmallFigure(UserWarning):
+    """A size of a figure that has no room for all panels."""
 
 
 class Picture(Figure):
@@ -104,14 +113,45 @@ def new_figure(
     return figure, list(figure.subplots(rows, columns, squeeze=False, **options).flat)
 
 
-def new_panels(count: int, height: float, figsize: Any = None) -> tuple[Figure, list[Axes]]:
-    """A figure of so many axes, three to a row, each of this height with its labels [inch]."""
+def new_panels(
+    count: int, height: float, figsize: Any = None, names: Sequence[str] = ()
+) -> tuple[Figure, list[Axes]]:
+    """A figure of so many axes, three to a row at most, each of this height with its labels [inch];
+    of a given size those for which there is room, with a `SmallFigure` warning for the others.
+    """
     columns = min(max(count, 1), 3)
     rows = -(-max(count, 1) // columns)
-    figure, axes = new_figure(rows, columns, (PAGE / 3 * max(columns, 1.4), rows * height), figsize)
+    default = (PAGE / 3 * max(columns, 1.4), rows * height)
+    if figsize is None:
+        figure, axes = new_figure(rows, columns, default)
+    else:
+        width, high = empty_figure(default, figsize).get_size_inches().tolist()
+        rows, columns = _room(count, figsize, width, high)
+        figure, axes = new_figure(rows, columns, default, figsize)
+        if rows * columns < count:
+            say_dropped(count, rows * columns, (width, high), names)
+            count = rows * columns
     for ax in axes[count:]:
         ax.set_axis_off()
     return figure, axes[:count]
+
+
+def _room(count: int, figsize: Any, width: float, height: float) -> tuple[int, int]:
+    """Rows and columns of legible panels in a figure [inch]; refused where there is none."""
+    columns = min(count, 3, int(width / PANEL_WIDTH))
+    rows = int(height / PANEL_HEIGHT)
+    if columns == 0 or rows == 0:
+        allowed = f"at least {PANEL_WIDTH:g} by {PANEL_HEIGHT:g} inches, for one panel"
+        raise SceneError("figsize", figsize, allowed)
+    return min(rows, -(-count // columns)), columns
+
+
+def say_dropped(count: int, shown: int, size: tuple[float, float], names: Sequence[str]) -> None:
+    """Warn of panels that a figure of a size [inch] has no room for."""
+    width, height = size
+    dropped = ", ".join(names[shown:]) or f"the last {count - shown} of {count} panels"
+    words = f"figsize = {width:g} x {height:g} inches has no room for {dropped}: left out"
+    warnings.warn(words, SmallFigure, stacklevel=5)
 
 
 @contextmanager

@@ -77,12 +77,13 @@ def plot_traces(
     if not lines:
         found = sorted({str(each) for data in traces.values() for each in data["problem"].values})
         raise SceneError("problem", problem, f"one with this figure: {', '.join(found)}")
-    figure, axes = style.new_panels(2, 3.4, figsize)
-    for ax, by in zip(axes, ("iteration", "second"), strict=True):
-        _draw(ax, lines, by, what)
-    figure.legend(
-        *axes[0].get_legend_handles_labels(), ncols=min(len(lines), 4), loc="outside lower center"
-    )
+    abscissas = ("iteration", "second")
+    with style.styled():
+        figure, axes = style.new_panels(2, 3.4, figsize, abscissas)
+        for ax, by in zip(axes, abscissas, strict=False):
+            _draw(ax, lines, by, what)
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, ncols=min(len(lines), 4), loc="outside lower center")
     return figure
 
 

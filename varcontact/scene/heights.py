@@ -87,8 +87,8 @@ def _of_object(source: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return heights[None, :], x - x.mean(), np.zeros(1)
     places = [np.asarray(each, dtype=float) for each in positions]
     if len(places) != 2 or any(each.shape != heights.shape for each in places):
-        shapes = [each.shape for each in places]
-        raise checks.wrong_shape("source.positions", shapes, f"x and y of shape {heights.shape}")
+        given = f"{len(places)} arrays"
+        raise SceneError("source.positions", given, f"x and y, each of shape {heights.shape}")
     x = places[0][:, 0]
     y = places[1][0, :]
     if x[0] == x[-1]:  # the first index counts along y

@@ -154,7 +154,7 @@ def scanned(
         checked.plan_for(each)
     if checked.target is not None:
         return (cast(Solution, adaptive.solve(each, checked)) for each in scenes)
-    series = Series(checked.tol, checked.polish, checked.certify, progress)
+    series = Series(checked.tol, checked.polish, checked.certify, checks.progress(progress))
     return solve_in_turn(scene, motions, checked.plan, series)
 
 

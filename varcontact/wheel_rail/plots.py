@@ -18,6 +18,7 @@ from varcontact.plotting.style import (
     legend_below,
     look,
     new_figure,
+    new_panels,
     styled,
 )
 from varcontact.plotting.unit_labels import measure
@@ -48,6 +49,15 @@ ROW = 0.2625
 """Height of a row of panels over positions, relative to the width of the page."""
 ROW_OF_SWEEP = 0.3
 """The same over a sweep, where each panel has its own axis."""
+OF_TABLE = {
+    "radius_difference": ("rolling radius difference [mm]", 1.0),
+    "angle": ("contact angle [mrad]", 1e3),
+    "conicity": ("equivalent conicity", 1.0),
+    "rolling_radius": ("rolling radius [mm]", 1.0),
+    "on_rail": ("contact on the rail, y [mm]", 1.0),
+    "on_wheel": ("contact on the wheel, y [mm]", 1.0),
+}
+"""Panels of a table of contacts, with labels and factors to their units."""
 CONTACTS = ("on_rail", "on_wheel")
 TITLES: dict[Panel, str] = {
     "pressure": "Patch {number}: {force}, up to {solved.peak_pressure:.4g} MPa",
@@ -294,39 +304,24 @@ def plot_geometry(table: GeometryTable, figsize: tuple[float, float] | None = No
     wheel, over the lateral displacement, at the middle node of yaw.
     """
     data = table.to_xarray().isel(yaw=table.yaw.size // 2)
+    yaw = f"yaw = {1e3 * float(data['yaw']):.3g} mrad"
     with styled():
-        figure, axes = new_figure(3, 2, (PAGE, 0.9 * PAGE), figsize, sharex=True)
-        of_axle = {
-            "radius_difference": "rolling radius difference [mm]",
-            "conicity": "equivalent conicity",
-        }
-        for ax, (name, label) in zip(axes, of_axle.items(), strict=False):
-            ax.plot(table.y, data[name], "o-", markersize=3)
-            ax.set_ylabel(label)
-        of_patches = {
-            "angle": ("contact angle [mrad]", 1e3),
-            "rolling_radius": ("rolling radius [mm]", 1.0),
-            "on_rail": ("contact on the rail, y [mm]", 1.0),
-            "on_wheel": ("contact on the wheel, y [mm]", 1.0),
-        }
-        for ax, (name, (label, factor)) in zip(axes[2:], of_patches.items(), strict=True):
-            for k, patch in enumerate(data["patch"].values):
-                values = factor * data[name].sel(patch=patch)
-                if np.isfinite(values).any():
-                    ax.plot(
-                        table.y,
-                        values,
-                        **look(k),
-                        linestyle="",
-                        markersize=3,
-                        label=f"patch {patch}",
-                    )
-            ax.set_ylabel(label)
-        for ax in axes[-2:]:
-            ax.set_xlabel("lateral displacement [mm]")
-        axes[0].set_title("wheel set, without yaw")
-        axes[2].set_title(f"right wheel, yaw = {1e3 * float(data['yaw']):.3g} mrad")
-        legend_below(axes[-2])
+        figure, axes = new_panels(len(OF_TABLE), 2.4, figsize, tuple(OF_TABLE))
+        for ax, (name, (label, factor)) in zip(axes, OF_TABLE.items(), strict=False):
+            if "patch" not in data[name].dims:
+                ax.plot(table.y, factor * data[name], "o-", markersize=3)
+                ax.set_title("wheel set, without yaw")
+            else:
+                for k, patch in enumerate(data["patch"].values):
+                    values = factor * data[name].sel(patch=patch)
+                    if np.isfinite(values).any():
+                        marks = look(k) | {"linestyle": "", "markersize": 3}
+                        ax.plot(table.y, values, **marks, label=f"patch {patch}")
+                ax.set_title(f"right wheel, {yaw}")
+            ax.set(xlabel="lateral displacement [mm]", ylabel=label)
+        handles, labels = axes[-1].get_legend_handles_labels()
+        if len(labels) > 1:
+            figure.legend(handles, labels, ncols=3, loc="outside lower center")
         figure.draw_without_rendering()
     return figure
 
