@@ -67,7 +67,9 @@ def groove(dx=0.2):
     scene = make_scene(
         vc.SampledDistance(place.distance, inclination=place.inclination),
         None,
-        vc.Steady(rigid_slip=place.rigid_slip(tangent.frame, RigidBody(np.zeros(3)), body, 420.0)),
+        vc.Steady(
+            rigid_slip=place.rigid_slip(tangent.frame, RigidBody(position=np.zeros(3)), body, 420.0)
+        ),
         place.grid,
         bodies=vc.Bodies(G=82000.0, nu=0.28),
         approach=place.approach,

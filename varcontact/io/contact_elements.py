@@ -114,7 +114,8 @@ def hertzian(case: CaseInput, bodies: Bodies, load: dict[str, Any]) -> tuple[Any
     first, second, scale = (group.number(k) for k in range(2, 5))
     with located(group):
         surface = _hertzian_surface(ipotcn, first, second, bodies)
-        contact = Scene(bodies=bodies, surface=surface, **load).hertz
+        scene: Scene[None] = Scene(bodies=bodies, surface=surface, **load)
+    contact = scene.hertz
     if contact is None or scale <= 0:
         group.refuse("SCALE", scale, "with this load gives no potential contact")
     a = contact.a * scale

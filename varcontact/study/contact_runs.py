@@ -141,7 +141,7 @@ def _with_forces(case: ContactCase, scene: Scene) -> Scene:
         forces["Fy"] = along_y * normal
     motion = scene.motion
     if isinstance(motion, Transient):
-        steps = {name: [force] for name, force in forces.items()}
+        steps: dict[str, Any] = {name: [force] for name, force in forces.items()}
         return replace(scene, motion=replace(motion, **steps))
     assert isinstance(motion, Steady | Shift)
     return replace(scene, motion=replace(motion, **forces))
