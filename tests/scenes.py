@@ -47,6 +47,7 @@ def in_units(scene, length, stress, time=1.0):
         "a",
         "b",
         "R",
+        "clearance",
         "Rx",
         "Ry",
         "reference_depth",

@@ -8,6 +8,7 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import in_units, make_scene
+from tests.solving.test_along_rolling import groove
 from tests.solving.test_conformal import coarse, in_groove, uneven
 from tests.solving.test_edge_of_computed_pressures import posed
 from tests.solving.test_layered_bodies import COAT, PAD, ROLLING, SPHERES
@@ -77,6 +78,14 @@ KINDS = {
     "third body": ball(vc.Steady(vx=3e-3, spin=1e-4)),
     "groove": coarse(in_groove),
     "uneven groove": coarse(uneven),
+    "groove along x": groove(None, 12.0, vc.Steady(vx=2e-3, spin=1e-4), waves=0.1),
+    "groove both ways": groove(10.1, 12.0, vc.Steady(vx=2e-3, spin=1e-4)),
+    "pin": make_scene(
+        vc.PinInHole(R=1.0, clearance=1e-3),
+        1e-3,
+        vc.Steady(vx=1e-3),
+        vc.Grid(nx=40, dx=0.05, x0=-1.0),
+    ),
     "history": replace(PLAIN, surface=vc.Paraboloids(10.0, 10.0), normal_force=0.02, motion=STEPS),
     "open history": replace(
         LINE, motion=vc.Transient(steps=3, dq=[0, 0.02, 0.02], Fx=-1e-3), bodies=UNLIKE

@@ -55,6 +55,11 @@ MEDIA = {
     "curved unlike": Conformal(
         HalfSpaces(0.3, K=0.2), Inclination((-0.2, 0.0, 0.2), (-0.4, 0.1, 0.3))
     ),
+    "curved both ways": Conformal(
+        HalfSpaces(0.3, K=0.2),
+        Inclination((-0.2, 0.2), (-0.4, 0.4)),
+        Inclination((-0.2, 0.0, 0.2), (-0.4, 0.1, 0.3)),
+    ),
     "with a layer that shears": ShearLayer(HalfSpaces(0.3, K=0.2), 0.7),
     "curved with a layer": Conformal(
         ShearLayer(HalfSpaces(0.3), 0.7), Inclination((-0.2, 0.2), (-0.4, 0.4))
