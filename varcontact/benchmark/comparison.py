@@ -359,7 +359,7 @@ class SolverComparison(Reported):
         """Means by group and tolerance, and failures by reason, for people."""
         blocks = []
         for (group, tol), part in self.summary().groupby(["group", "tol"], sort=False):
-            title = f"{group}, to {tol:g}: seconds (shifted geometric mean), by the least, solved"
+            title = f"{group}, to {tol:g}: mean seconds, relative to the fastest, problems solved"
             lines = list(_lines(part))
             blocks.append("\n".join([title, *(f"  {line}" for line in lines)]))
         failures = self.failures()

@@ -13,6 +13,9 @@ from varcontact.plotting import style
 GROUPS_DRAWN = ("pressures", "shifts", "rolling")
 FACTOR_MAX = 1e3
 """Multiple of the least time up to which profiles are drawn."""
+DASHES = ("-", "--", ":")
+COLOURS = 10
+"""Colours of lines, after which dashes change."""
 
 
 def plot_profiles(comparison: Any, tol: float) -> Figure:
@@ -22,21 +25,25 @@ def plot_profiles(comparison: Any, tol: float) -> Figure:
     if not groups or tol not in set(tried["tol"]):
         raise SceneError("tol", tol, "one of the tolerances compared")
     solvers = list(dict.fromkeys(tried["solver"]))
+    looks = {name: _look(number) for number, name in enumerate(solvers)}
     factors = np.geomspace(1.0, FACTOR_MAX, 200)
-    figure, axes = style.new_panels(len(groups), 3.4, None)
+    figure, axes = style.new_panels(len(groups), 3.6, None)
     for ax, group in zip(axes, groups, strict=True):
         profile = comparison.profile(group, tol, factors=factors)
-        for number, name in enumerate(solvers):
-            if name in profile:
-                dashes = ("-", "--", ":")[number // 10 % 3]
-                ax.step(factors, profile[name], dashes, where="post", color=f"C{number % 10}")
+        for name in profile:
+            ax.step(factors, profile[name], where="post", **looks[name])
         ax.set_xscale("log")
-        ax.set_xlabel("time by the least")
+        ax.set_ylim(-0.02, 1.02)
+        ax.set_xlabel("time relative to the fastest")
         ax.set_title(f"{group}, to {tol:g}")
     axes[0].set_ylabel("fraction of problems")
-    handles = []
-    for number, _ in enumerate(solvers):
-        dashes = ("-", "--", ":")[number // 10 % 3]
-        handles += axes[0].plot([], [], dashes, color=f"C{number % 10}")
-    figure.legend(handles, solvers, ncols=4, loc="outside lower center")
+    # of all solvers, also those that are in no panel but the last
+    handles = [axes[0].plot([], [], **look)[0] for look in looks.values()]
+    columns = min(3, len(groups) + 1)
+    figure.legend(handles, solvers, ncols=columns, loc="outside lower center", fontsize="small")
     return figure
+
+
+def _look(number: int) -> dict[str, str]:
+    """Colour and dashes of a line."""
+    return {"color": f"C{number % COLOURS}", "linestyle": DASHES[number // COLOURS % len(DASHES)]}
