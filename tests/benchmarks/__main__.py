@@ -28,6 +28,7 @@ GROUPS = (
     "shakedown",
     "splitting",
     "solvers",
+    "gradients",
 )
 
 

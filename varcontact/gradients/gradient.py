@@ -296,7 +296,7 @@ def _dataset(
     units = solution.scene.units or IN_WORDS
     shift = isinstance(solution.scene.motion, Shift)
     own = [units.of(each.unit, grid.line, shift) for each in asked.outputs.values()]
-    dataset = xr.Dataset(coords={"output": list(asked.outputs)})
+    variables: dict[str, Any] = {}
     for name, found in derivatives.items():
         below = "1"
         if name != "value":
@@ -306,9 +306,10 @@ def _dataset(
             quotients = [f"({each})/({below})" for each in own]
         attributes = {"units": "; ".join(quotients)}
         dims = ("output", "y", "x")[: found.ndim]
-        dataset[name] = (dims, found, attributes)
+        variables[name] = (dims, found, attributes)
         if errors is not None and name in errors:
-            dataset[f"{name}_error"] = ("output", errors[name], attributes)
-    if "x" in dataset.dims:
-        dataset = dataset.assign_coords(x=grid.x, y=grid.y)
-    return dataset
+            variables[f"{name}_error"] = ("output", errors[name], attributes)
+    coordinates: dict[str, Any] = {"output": list(asked.outputs)}
+    if any(found.ndim == 3 for found in derivatives.values()):
+        coordinates |= {"x": grid.x, "y": grid.y}
+    return xr.Dataset(variables, coordinates)
