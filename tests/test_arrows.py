@@ -28,7 +28,7 @@ ORDER = (
     {"plasticity"},
     {"kinematics"},
     {"wheel_rail"},
-    {"energy", "cli", "__init__", "__main__"},
+    {"autodiff", "energy", "cli", "__init__", "__main__"},
 )
 """The rooms and the modules beside them, in the order of the data; those of one line may import
 each other."""

@@ -243,6 +243,7 @@ def test_a_dataset_has_units():
     [
         ("creepage", "Fz", "vx", "output"),
         ("creepage", "vx", "normal_force", "prescribed"),
+        ("creepage", [vc.Weighted(1.0), vc.Weighted(2.0)], "vx", "given once"),
         ("force", "vx", "vx", "follows from Fx"),
         ("creepage", "Fx", "surface.Rz", "did you mean Ry"),
         ("creepage", "Fx", "approach", "number"),

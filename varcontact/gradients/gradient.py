@@ -40,6 +40,7 @@ def gradient(
     check_differentiable(solution)
     outputs = _listed(output)
     inputs = _listed(by)
+    _check_different(outputs)
     asked = _Asked(
         outputs=dict(output_of(each) for each in outputs),
         inputs={name: path_of(name) for name in inputs},
@@ -62,6 +63,14 @@ def _listed(named: Any) -> Any:
     if isinstance(named, list | tuple):
         return named
     return [named]
+
+
+def _check_different(outputs: Any) -> None:
+    """Refuse outputs of one name."""
+    names = [output_of(each)[0] for each in outputs]
+    for name in names:
+        if names.count(name) > 1:
+            raise SceneError("output", name, "given once; a Weighted takes a name of its own")
 
 
 @dataclass(frozen=True)
