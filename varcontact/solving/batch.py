@@ -13,7 +13,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,6 @@ from varcontact.discrete.contact_grid import PotentialContact, common_grid, shap
 from varcontact.elasticity.operators import edge_compliance
 from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
-from varcontact.results.quantities_of_interest import frictional_units
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
@@ -32,15 +30,6 @@ from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
 from varcontact.scene.transient import Transient
 from varcontact.solvers.batched.newton import shift_before, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
-from varcontact.solving.grid_sequence import (
-    FLOOR,
-    ORDER,
-    RATIO,
-    GridSequence,
-    coarsest,
-    gridded,
-)
-from varcontact.solving.options import BY_DEFAULT
 from varcontact.solving.time_step import largest_contacts
 from varcontact.system.process import one_blas_thread
 
@@ -61,10 +50,6 @@ FIGURES = (
     "slip_area", "max_pressure", "friction_work",
 )  # fmt: skip
 """Figures of each scene, by the names that sweeps have."""
-VALUES = ("Fx", "Fy", "Mz", "vx", "vy")
-"""Figures that have an error against the continuum."""
-BARS = tuple(f"{name}_error" for name in VALUES)
-"""Names of the errors."""
 Figures = dict[str, np.ndarray]
 Fields = dict[int, tuple[np.ndarray, ...]]
 """By the number of a scene its tractions (2, ny, nx), its traction bound [force/area] and its
@@ -100,37 +85,6 @@ class InitialTractions:
 
 
 @one_blas_thread()
-def solve_batches(
-    scenes: Sequence[Scene],
-    tol: float,
-    accuracy: float | None = None,
-    kept: Fields | None = None,
-    near: InitialTractions | None = None,
-    some: Sequence[int] | None = None,
-) -> tuple[Figures, np.ndarray]:
-    """The figures of the scenes that batches solve, NaN of the others; and a mask of the former.
-
-    Scenes without a grid are solved to the accuracy, 0.01 if none is given, and have the error
-    bars, too. `kept` gets the fields of the others. `some` are the numbers of those that are to be
-    solved at all.
-    """
-    numbers = list(range(len(scenes)))
-    if some is not None:
-        numbers = list(some)
-    gridded_ones = [k for k in numbers if isinstance(scenes[k].grid, Grid)]
-    figures, solved = _on_grids(scenes, gridded_ones, tol, kept, near)
-    for line in (False, True):
-        free = [k for k in numbers if scenes[k].line == line and _without_grid(scenes[k])]
-        if not free:
-            continue
-        of_free, free_solved = _to_accuracy([scenes[k] for k in free], accuracy or BY_DEFAULT, tol)
-        for name, values in of_free.items():
-            figures.setdefault(name, np.full(len(scenes), math.nan))[free] = values
-        solved[free] = free_solved
-    return figures, solved
-
-
-@one_blas_thread()
 def march_batches(
     scenes: Sequence[Scene], tol: float, some: Sequence[int]
 ) -> tuple[Figures, np.ndarray]:
@@ -149,7 +103,7 @@ def march_batches(
         for k in left:
             scenes_of_step[k] = scenes[k].step(step, grids[k])
         kept: Fields = {}
-        figures, solved = _on_grids(scenes_of_step, left, tol, kept, before=before)
+        figures, solved = on_grids(scenes_of_step, left, tol, kept, before=before)
         by_step.append(figures)
         left = np.flatnonzero(solved).tolist()
         before = kept
@@ -174,17 +128,7 @@ def _grid_of_history(scene: Scene[Transient]) -> Grid | None:
         return None
 
 
-def _without_grid(scene: Scene) -> bool:
-    """True if a scene is one for batches that leaves its grid to the accuracy."""
-    motion = scene.motion
-    if scene.grid != "auto" or not fits(scene) or isinstance(scene.friction, Law):
-        return False
-    if isinstance(motion, Shift):
-        return True
-    return bool(motion == replace(motion, slip_difference="first-order", spin_offset=None))
-
-
-def _on_grids(
+def on_grids(
     scenes: Sequence[Scene],
     some: Sequence[int],
     tol: float,
@@ -192,6 +136,7 @@ def _on_grids(
     near: InitialTractions | None = None,
     before: Fields | None = None,
 ) -> tuple[Figures, np.ndarray]:
+    """The figures of `some` scenes on their own grids, NaN of others; and which batches solved."""
     figures = {name: np.full(len(scenes), math.nan) for name in FIGURES}
     solved = np.zeros(len(scenes), bool)
     fitting = [k for k in some if fits(scenes[k])]
@@ -214,99 +159,13 @@ def _on_grids(
     return figures, solved
 
 
-def _to_accuracy(
-    scenes: Sequence[Scene], accuracy: float, tol: float
-) -> tuple[Figures, np.ndarray]:
-    """By the rule of `GridSequence`: three grids at least, until the error is small enough; with
-    the bars, as ``Fx_error``.
-    """
-    figures = {name: np.full(len(scenes), math.nan) for name in (*FIGURES, *BARS)}
-    solved = np.zeros(len(scenes), bool)
-    left = np.arange(len(scenes))
-    line = scenes[0].line
-    sequence = GridSequence[Figures](coarsest(line, accuracy))
-    while left.size and _small_enough(n := int(sequence.n), line):
-        on_grid = [gridded(scenes[k], True, n) for k in left.tolist()]
-        figures_on_grid, goes_on = _on_grids(on_grid, range(len(on_grid)), tol)
-        sequence.learn(figures_on_grid)
-        if not sequence.few:
-            best, error = _extrapolated(on_grid, sequence)
-            accurate = goes_on & (error <= accuracy)
-            for name, values in best.items():
-                figures[name][left[accurate]] = values[accurate]
-            solved[left[accurate]] = True
-            goes_on &= ~accurate
-        left = left[goes_on]
-        sequence.levels = [
-            {name: values[goes_on] for name, values in of_level.items()}
-            for of_level in sequence.levels
-        ]
-    return figures, solved
-
-
-def _small_enough(n: int, line: bool) -> bool:
-    """True if batches have so many elements as lattices of n across the contact have."""
-    if line:
-        return n <= MOST_IN_LINE
-    return n * round(RATIO * n) <= MOST_ELEMENTS
-
-
-def _extrapolated(
-    scenes: list[Scene], sequence: GridSequence[Figures]
-) -> tuple[Figures, np.ndarray]:
-    """Figures with their error bars, extrapolated from three grids; and the largest error of each
-    scene, as a part of its unit.
-    """
-    finest = sequence.levels[-1]
-    floor = FLOOR * sequence.across[-1] ** -ORDER
-    limit, units = _units(scenes)
-    best = dict(finest)
-    errors = {}
-    for name, unit in units.items():
-        value, error = sequence.extrapolated(itemgetter(name))
-        best[name] = np.where(np.isnan(unit), finest[name], value)
-        errors[f"{name}_error"] = error + floor * unit
-    # by a little, where extrapolated
-    beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)
-    best |= {name: best[name] / beyond for name in ("Fx", "Fy")}
-    rolls = np.array([isinstance(scene.motion, Steady) for scene in scenes])
-    best["friction_work"] = np.where(rolls, _power(best), finest["friction_work"])
-    largest = np.fmax.reduce([errors[f"{name}_error"] / unit for name, unit in units.items()])
-    return best | errors, largest
-
-
-def _power(figures: Figures) -> np.ndarray:
+def power_supplied(figures: Figures) -> np.ndarray:
     """Energy supplied in steady rolling, all of which friction dissipates, per distance rolled."""
     return 0.0 - (
         figures["Fx"] * figures["vx"]
         + figures["Fy"] * figures["vy"]
         + figures["Mz"] * figures["spin"]
     )
-
-
-def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
-    """The friction limits, and the units of errors of the values that a scene does not prescribe;
-    NaN of others.
-    """
-    limits = np.zeros(len(scenes))
-    all_units = {name: np.full(len(scenes), math.nan) for name in VALUES}
-    for k, scene in enumerate(scenes):
-        hertz = scene.hertz
-        motion = scene.motion
-        assert isinstance(hertz, HertzContact)
-        assert isinstance(scene.friction, float)
-        limits[k] = scene.friction * hertz.force
-        width = 1.0 if scene.line else hertz.b
-        units = frictional_units(limits[k], hertz.a, width, scene.bodies, scene.line)
-        if not scene.line:
-            all_units["Mz"][k] = units["Mz"]
-        rigid = "v" if isinstance(motion, Steady) else "u"
-        for axis in "xy":
-            if getattr(motion, f"F{axis}") is None:
-                all_units[f"F{axis}"][k] = units[f"F{axis}"]
-            else:
-                all_units[f"v{axis}"][k] = units[f"{rigid}{axis}"]
-    return limits, all_units
 
 
 # ----------------------------------------------------------------------------- scenes to problems
@@ -601,7 +460,7 @@ def _solve_group(
             solution = solve_batch(problem, tol, start)
         figures = _figures(members, arrays, bound, solution)
     if kind.difference is not None:
-        figures["friction_work"] = _power(figures)
+        figures["friction_work"] = power_supplied(figures)
     solved = solution.converged & (figures["contact"] > 0)
     solved &= np.isfinite(figures["Fx"] + figures["Fy"])
     if kept is not None:
