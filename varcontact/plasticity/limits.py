@@ -177,11 +177,15 @@ class Shakedown(Reported):
     def report(self) -> str:
         """The limit and its bounds in words."""
         pressure = self.peak_pressure / self.strength
+        between = "estimated"
+        if self.proved:
+            between = "proved"
         lines = [
             f"shakedown: {self.outcome} (peak pressure {pressure:.4g} k, largest traction "
             f"{self.local:.3f} of it)",
             f"load factor {self.lower:.4g} to {self.upper:.4g} (gap {100 * self.gap:.1f} %; "
-            f"{self.sampled:.4g} at samples), first yield at {self.elastic:.4g}",
+            f"{self.sampled:.4g} at samples, {between} between them), "
+            f"first yield at {self.elastic:.4g}",
             f"{self.mode} at y = {self.place:.4g}, depth {self.depth:.4g}",
             f"with kinematic hardening {self.kinematic[0]:.4g} to {self.kinematic[1]:.4g}",
         ]

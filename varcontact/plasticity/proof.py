@@ -61,7 +61,7 @@ class Proof:
         last = float(self.depths[-1])
         below = self.field.below(last) / float(self.strength(np.array([last]))[0])
         below += float(np.linalg.norm(self.centre(last)))
-        return max(below, self.layers(enough)[0].radius)
+        return float(max(below, self.layers(enough)[0].radius))
 
     def layers(self, enough: float) -> list[Layer]:
         """Layers from the surface to the last depth, of which the first has the largest radius."""
