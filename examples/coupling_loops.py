@@ -76,7 +76,7 @@ def draw(ax: Axes, table: Table, title: str, johnson: bool) -> None:
         dark = (values[row, column] - limits[0]) / (limits[1] - limits[0]) > 0.6
         colour = "white" if dark else "black"
         ax.text(
-            column, row, text, ha="center", va="center", fontsize=7 if johnson else 9, color=colour
+            column, row, text, ha="center", va="center", fontsize=8 if johnson else 9, color=colour
         )
     ax.set_xticks(range(len(frictions)), [f"{f:g}" for f in frictions])
     ax.set_yticks(range(len(unlikeness)), [f"{K:g}" for K in unlikeness])
@@ -101,7 +101,7 @@ def main(
         for motion in MOTIONS
         for loop in ("johnson", *LOOPS)
     }
-    figure, axes = plt.subplots(3, 3, figsize=(13, 10), layout="constrained")
+    figure, axes = plt.subplots(3, 3, figsize=(9.5, 8.5), layout="constrained")
     for ax, ((motion, loop), table) in zip(axes.flat, tables.items(), strict=True):
         johnson = loop == "johnson"
         draw(

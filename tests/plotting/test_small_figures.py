@@ -95,3 +95,13 @@ def test_panels_without_room_are_named(solution):
 def test_figures_too_small_for_any_panel_are_refused(solution):
     for size in ((1.0, 3.0), (3.5, 1.0)):
         refused(lambda size=size: solution.plot(figsize=size), "figsize", "2.3 by 1.9 inches")
+
+
+def test_wavelengths_are_plain_numbers(solution):
+    figure = vc.plot_growth(vc.corrugation_growth(solution, [20.0, 80.0, 400.0]))
+    figure.draw_without_rendering()
+    axis = figure.axes[0].xaxis
+    low, high = axis.get_view_interval()
+    major = [each for each in axis.get_major_ticks() if low <= each.get_loc() <= high]
+    assert [each.label1.get_text() for each in major] == ["20", "50", "100", "200"]
+    assert not any(each.get_text() for each in axis.get_ticklabels(minor=True))

@@ -110,6 +110,7 @@ def plot_growth(
             x_label += f" [{unit}]"
             y_label += f" [1/{unit}]"
         ax.set(xscale="log", xlabel=x_label, ylabel=y_label)
+        style.plain_log_ticks(ax)
         x = growth.wavelength
         values = growth.growth
         if values.ndim > 1:
@@ -121,9 +122,7 @@ def plot_growth(
             style.colour_bar(ax, image, ax.get_ylabel())
             ax.set_ylabel("speed")
         else:
-            ax.semilogx(
-                x, values, "o-", color=style.colour(len(ax.lines)), markersize=3, label=label
-            )
+            ax.plot(x, values, "o-", color=style.colour(len(ax.lines)), markersize=3, label=label)
             ax.axhline(0, color="k", linewidth=0.5, zorder=0)
         style.legend_below(ax)
     return figure

@@ -17,6 +17,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from varcontact import checks
@@ -167,6 +168,13 @@ def panel(
         if ax is None:
             _, (ax,) = new_figure(1, 1, default, figsize)
         yield cast(Figure, ax.get_figure(root=True)), ax
+
+
+def plain_log_ticks(ax: Axes) -> None:
+    """Numbers 1, 2 and 5 of each decade below a logarithmic axis."""
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
 
 
 def legend_below(ax: Axes, columns: int = 3) -> None:
