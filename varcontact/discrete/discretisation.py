@@ -26,6 +26,7 @@ from varcontact.interfaces.kinds import interface_of
 from varcontact.interfaces.potential import Potential
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
+from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Motion, Shift, Steady, TimeStep
 from varcontact.scene.pin import PinInHole
@@ -78,7 +79,7 @@ class Discretisation:
     dimensionless.
     """
 
-    bodies: Bodies | BodyPair
+    bodies: Bodies | BodyPair | GivenBodies
     surface: Surface
     grid: Grid
     hertz: HertzContact | None

@@ -10,6 +10,7 @@ import numpy as np
 from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState, as_solved, unloaded
+from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
@@ -62,6 +63,8 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
     if not ((state.pressure > 0) & _rim(disc.grid)).any():
         return None
     grid = disc.grid.extended()
+    if isinstance(disc.bodies, GivenBodies) and not disc.bodies.reaches(grid):
+        return None
     if closed_form:
         assert disc.hertz is not None
         overlap = disc.hertz.on_elements(grid) > 0

@@ -25,6 +25,7 @@ from varcontact.elasticity.given_numbers import (
     asymmetry,
     check_of_matrix,
     check_own_grid,
+    check_period,
     checked_kernel,
     checked_matrix,
     half_spaces_of,
@@ -35,6 +36,7 @@ from varcontact.elasticity.symbol_medium import SymbolMedium
 from varcontact.errors import PlausibilityWarning, SceneError
 from varcontact.scene.bodies import RIGID, Bodies
 from varcontact.scene.given_bodies import GivenBodies, Numbers
+from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 if TYPE_CHECKING:
@@ -48,7 +50,9 @@ def _components(field: str, value: Any) -> str:
 
 
 @dataclass(frozen=True)
-class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components=_components):
+class Elasticity(
+    Checked, GivenBodies, path="bodies", scale=positive, components=_components, period=checks.flag
+):
     """Both bodies of a scene by their compliance: exactly one of `symbol`, `kernel` and `matrix`.
 
     Displacements are differences, upper minus lower, z points into the upper
@@ -86,6 +90,9 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
     components : {"xyz", "z"}
         Those of a kernel or matrix: all, or for scenes without a motion normal
         displacements by pressures alone, with one component in place of three.
+    period : bool
+        True of a kernel of bodies that repeat, see `periodic`: the grid is one
+        period.
 
     Raises
     ------
@@ -129,6 +136,7 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
     matrix: Any = None
     sides: tuple[float, ...] | None = None
     components: str = "xyz"
+    period: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -257,6 +265,72 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
             raise checks.wrong_shape("matrix", compliance.shape, allowed)
         return cls(matrix=compliance[np.ix_(every, every)], sides=sides, components=components)
 
+    @classmethod
+    @checks.named_options()
+    def periodic(
+        cls,
+        bodies: Any,
+        grid: Grid,
+        symbol: str = "elements",
+        mean: float | None = None,
+        components: str = "xyz",
+    ) -> Elasticity:
+        """Bodies whose surfaces and tractions repeat, with a grid as their period.
+
+        Parameters
+        ----------
+        bodies : Bodies, Layered, Graded, Elasticity, or a pair (upper, lower)
+            Half-spaces, elastic layers, or bodies by a symbol.
+        grid : Grid
+            Explicit; in line contact without rows.
+        symbol : {"elements", "spectral"}
+            Tractions that are constant on elements, as everywhere in this package, or
+            trigonometric polynomials, as in spectral codes.
+        mean : float, optional
+            Mean displacement by a mean traction [length/stress], positive. Of bodies without a
+            base it is infinite, and a finite one only moves them as a whole: by default that of
+            a wave as long as the period. The approach, shifts and prescribed approaches count
+            from there.
+        components : {"xyz", "z"}
+            As of a kernel: of pressures alone a ninth of the memory.
+
+        Returns
+        -------
+        Elasticity
+            By a kernel.
+
+        Raises
+        ------
+        SceneError
+            For other bodies, a grid that is not explicit, and a mean that is not positive.
+
+        Examples
+        --------
+        The pressure that closes the gap between cosines of amplitude 0.01 is ``pi E* 0.01``:
+
+        >>> import varcontact as vc
+        >>> grid = vc.Grid(nx=64, dx=1 / 64, x0=0.0)
+        >>> bodies = vc.Elasticity.periodic(vc.Bodies(G=1.0, nu=0.3), grid)
+        >>> surface = vc.SampledDistance(0.01 * (1 - np.cos(2 * np.pi * grid.x)))
+        >>> closing = np.pi * 0.01 / (1 - 0.3)
+        >>> scene = vc.Scene(bodies=bodies, surface=surface, grid=grid, normal_force=1.01 * closing)
+        >>> bool(vc.solve(scene).pressure.min() > 0)
+        True
+        """
+        from varcontact.elasticity.periodic import periodic_kernel
+
+        checks.kind("grid", grid, Grid)
+        if not grid.explicit:
+            raise SceneError("grid", grid, "explicit: it is the period")
+        spectral = checks.choice("symbol", symbol, ("elements", "spectral")) == "spectral"
+        sides = grid.sides[: 2 - grid.line]
+        if mean is not None:
+            mean = positive("mean", mean)
+        kernel = periodic_kernel(bodies, grid, spectral, mean)
+        first = 3 - len(_components("components", components))
+        kernel = kernel[first:, first:]
+        return cls(kernel=kernel, sides=sides, components=components, period=True)
+
     @property
     def _fitted(self) -> FourierSymbol:
         assert isinstance(self.symbol, FourierSymbol)
@@ -360,9 +434,20 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
         if self.components == "z" and scene.motion is not None:
             allowed = '"xyz" where there is a motion: tractions need their own numbers'
             raise SceneError("bodies.components", "z", allowed)
+        if self.period:
+            check_period(scene, self.kernel)
         if self.matrix is not None:
             n = self.matrix[0].array.shape[0] // len(self.components)
             check_of_matrix(scene, self.matrix, n)
+
+    def reaches(self, grid: Grid) -> bool:
+        """True where there are numbers for a `grid`, and places beyond the scene's own."""
+        if self.symbol is not None:
+            return True
+        if self.period or self.matrix is not None:
+            return False
+        rows, columns = self.kernel.array.shape[2:]
+        return 2 * grid.rows - 1 <= rows and 2 * grid.nx - 1 <= columns
 
     def medium(self, length: float, depth: float) -> Any:
         """The medium in units of a `length`; in line contact displacements count from a `depth`."""
@@ -374,7 +459,7 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
             assert self.sides is not None
             kernel = Numbers.of(self.kernel.array * factor)
             sides = tuple(each / length for each in self.sides)
-            return KernelMedium(kernel, self.components, sides, self.K)
+            return KernelMedium(kernel, self.components, sides, self.K, self.period)
         matrices = [Numbers.of(each.array * factor) for each in self.matrix]
         off, _ = asymmetry(self.matrix[0].array)
         reciprocal = off <= SYMMETRIC_MATRIX

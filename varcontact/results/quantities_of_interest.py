@@ -20,6 +20,7 @@ from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair
+from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.scene import Scene
 from varcontact.theories.table import equivalent_ellipse
 
@@ -210,7 +211,7 @@ def creepage_names(sol: Solution) -> tuple[str, str, str]:
 
 
 def frictional_units(
-    limit: float, a: float, b: float, bodies: Bodies | BodyPair, line: bool
+    limit: float, a: float, b: float, bodies: Bodies | BodyPair | GivenBodies, line: bool
 ) -> dict[str, float]:
     """Units of the errors of forces, moment, creepages and shifts, from the friction limit and the
     semi-axes.

@@ -18,12 +18,15 @@ from varcontact.errors import SceneError
 from varcontact.system.process import lazy_property
 
 if TYPE_CHECKING:
+    from varcontact.scene.grid import Grid
     from varcontact.scene.scene import Scene
 
 
 class GivenBodies(ABC):
     """Both bodies of a scene, by numbers of their own."""
 
+    period: bool = False
+    """True where the grid is one period of the bodies."""
     longest_relaxation: ClassVar[float] = 0.0
     relaxes: ClassVar[bool] = False
     slides: ClassVar[bool] = False
@@ -61,6 +64,10 @@ class GivenBodies(ABC):
     @abstractmethod
     def check(self, scene: Scene) -> None:
         """Refuse a scene whose grid, surface or motion these bodies have no numbers for."""
+
+    @abstractmethod
+    def reaches(self, grid: Grid) -> bool:
+        """True where there are numbers for a grid, and places beyond the scene's own."""
 
     @abstractmethod
     def medium(self, length: float, depth: float) -> Any:

@@ -16,6 +16,7 @@ import numpy as np
 from varcontact.errors import PlausibilityWarning
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
+from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
@@ -171,6 +172,8 @@ def _upside_down(scene: Scene) -> str:
     """
     surface = scene.surface
     if not isinstance(surface, SampledDistance) or min(surface.samples.shape[1:]) < 3:
+        return ""
+    if isinstance(scene.bodies, GivenBodies) and scene.bodies.period:
         return ""
     h = surface.samples
     if surface.line:
