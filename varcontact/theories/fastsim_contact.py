@@ -6,7 +6,9 @@ are by Kalker's coefficients in the three digits in which he printed them
 (1990, Table E.3), linear in the ratio of the semi-axes; they go over from three
 to one mean flexibility as creepages grow; and slope and friction are reduced by
 one number for the whole contact (Spiryagin, Polach and Cole, Veh. Syst. Dyn. 51,
-2013). Source of the variants: the open-source release of 2025.
+2013). Source of the variants: the public sources of CONTACT up to 2023, under
+the Apache licence; the passage from three flexibilities to one is fitted to the
+results published with its example of FASTSIM.
 """
 
 from __future__ import annotations
