@@ -209,13 +209,13 @@ def of_field(name: str, hint: Any) -> Schema:
     if name not in PLACES:
         return own
     place = PLACES[name]
-    tables = [{"$ref": f"#/$defs/{name}"}]
+    tables: list[Schema] = [{"$ref": f"#/$defs/{name}"}]
     if not isinstance(place, type):
         tables = [{"$ref": f"#/$defs/{name}.{kind}"} for kind in place]
     if name == "bodies":
         tables = [*half_spaces(), *tables]
     if name in ("bodies", "thermal"):
-        either = {"anyOf": [*tables, {"const": "rigid"}]}
+        either: Schema = {"anyOf": [*tables, {"const": "rigid"}]}
         tables.append(table({"upper": either, "lower": either}, ["upper", "lower"]))
     if name in ("layers", "loads", "carried", "factors"):
         tables.append({"type": "array", "items": {"anyOf": [*tables, BY_TYPE[str], NUMBER]}})

@@ -4,7 +4,7 @@ over wavelength.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -48,7 +48,7 @@ def plot_response(
     with style.styled():
         figure = style.empty_figure((style.PAGE, 0.5 * style.PAGE), figsize)
         width, height = figure.get_size_inches().tolist()
-        columns = [["size", "plane"], ["phase", "plane"]]
+        columns: Any = [["size", "plane"], ["phase", "plane"]]
         if width < 2 * style.PANEL_WIDTH:
             columns = [["size"], ["phase"]]
             style.say_dropped(3, 2, (width, height), ("size", "phase", "Nyquist's diagram"))
