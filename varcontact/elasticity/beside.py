@@ -98,6 +98,7 @@ def loads_beside(scene: Scene, length: float) -> LoadsBeside | None:
         depth = depth / length
     parts: list[Part] = []
     for load in scene.loads or ():
+        assert isinstance(scene.bodies, Bodies | BodyPair)
         bodies = _loaded_bodies(scene.bodies, load.body)
         medium = medium_of(bodies, length, depth)
         assert isinstance(medium, Homogeneous)
