@@ -17,6 +17,13 @@ import varcontact
 ROOT = Path(varcontact.__file__).parent
 HOME = ("scene", "interfaces", "elasticity", "io")
 """Rooms in which kinds are at home."""
+READERS = (
+    "cli/json_schema.py",
+    "study/contact_runs.py",
+    "wheel_rail/case_file.py",
+    "wheel_rail/contact_input.py",
+)
+"""Files that read scenes or describe their files, as those of io do."""
 KINDS = {
     "third body": r"ThirdBody|third_body|YieldingLayer|YIELD_STRESS|yield_stress|plastic|PLASTIC"
     r"|tau_c0|k_tau|hardens|ShearLayer|plastic_displacement",
@@ -37,6 +44,7 @@ OTHER_MEANINGS = {
     ("viscoelastic", "study/tradeoff.py"): "memory of the computer",
     ("law", "data/make_table_book.py"): "the local law of forces by creepages",
     ("law", "errors.py"): "words of a message that a caller gives",
+    ("law", "wheel_rail/datasets.py"): "the law of wear",
     ("conformal", "wheel_rail/regions.py"): "the inclination of a rail's profile",
     ("conformal", "wheel_rail/track.py"): "the inclination of a rail, its cant",
 }
@@ -70,7 +78,8 @@ def found(kind: str) -> dict[str, list[tuple[int, str]]]:
     files: dict[str, list[tuple[int, str]]] = {}
     for path in sorted(ROOT.rglob("*.py")):
         name = str(path.relative_to(ROOT))
-        if name.split("/")[0] in HOME or (kind, name) in OTHER_MEANINGS:
+        at_home = name.split("/")[0] in HOME or name in READERS
+        if at_home or (kind, name) in OTHER_MEANINGS:
             continue
         lines = sorted({each for each in names(path) if pattern.fullmatch(each[1])})
         if lines:

@@ -76,8 +76,7 @@ def jax_function(
     def shaped(x: Any, *more: int) -> Any:
         return jax.ShapeDtypeStruct((*x.shape[:-1], len(contact.outputs), *more), x.dtype)
 
-    @jax.custom_vjp
-    def function(x: Any) -> Any:
+    def values(x: Any) -> Any:
         return jax.pure_callback(contact.values, shaped(x), x)
 
     def forward(x: Any) -> Any:
@@ -87,9 +86,10 @@ def jax_function(
     def backward(slopes: Any, cotangent: Any) -> Any:
         return ((cotangent[..., None] * slopes).sum(-2),)
 
+    function: Any = jax.custom_vjp(values)
     function.defvjp(forward, backward)
-    made: Callable[[Any], Any] = function
-    return made
+    differentiable: Callable[[Any], Any] = function
+    return differentiable
 
 
 def torch_function(
@@ -123,19 +123,18 @@ def torch_function(
     torch = _imported("torch")
     contact = _Contact.of(scene, outputs, inputs, edge, methods)
 
-    class Function(torch.autograd.Function):  # type: ignore[misc]
-        @staticmethod
-        def forward(ctx: Any, x: Any) -> Any:
-            values, slopes = contact.values_and_slopes(x.detach().numpy())
-            ctx.save_for_backward(torch.from_numpy(slopes))
-            return torch.from_numpy(values)
+    def forward(ctx: Any, x: Any) -> Any:
+        values, slopes = contact.values_and_slopes(x.detach().numpy())
+        ctx.save_for_backward(torch.from_numpy(slopes))
+        return torch.from_numpy(values)
 
-        @staticmethod
-        def backward(ctx: Any, cotangent: Any) -> Any:
-            (slopes,) = ctx.saved_tensors
-            return (cotangent[..., None] * slopes).sum(-2)
+    def backward(ctx: Any, cotangent: Any) -> Any:
+        (slopes,) = ctx.saved_tensors
+        return (cotangent[..., None] * slopes).sum(-2)
 
-    applied: Callable[[Any], Any] = Function.apply
+    rules = {"forward": staticmethod(forward), "backward": staticmethod(backward)}
+    function: Any = type("Contact", (torch.autograd.Function,), rules)
+    applied: Callable[[Any], Any] = function.apply
     return applied
 
 

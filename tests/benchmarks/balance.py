@@ -95,8 +95,8 @@ def loads_at(held: WheelSetOnTrack, y: float, yaw: float) -> tuple[float, float]
 
 
 def may_vanish(corners: np.ndarray) -> bool:
-    """Both loads reach zero within the range of their corners, widened by twice itself; a corner
-    without contact leaves the block open.
+    """Both loads reach zero within the range of their corners, widened by itself; a corner without
+    contact leaves the block open.
     """
     known = corners[np.isfinite(corners).all(axis=-1)]
     if len(known) == 0:
@@ -105,7 +105,7 @@ def may_vanish(corners: np.ndarray) -> bool:
         return True
     low = known.min(axis=0)
     high = known.max(axis=0)
-    spread = 2 * (high - low)
+    spread = high - low
     return bool(((low - spread <= 0) & (high + spread >= 0)).all())
 
 
@@ -170,6 +170,7 @@ def random_sets(quick: bool) -> Table:
     for seed in refused:
         if "bracketed" not in rows[str(seed)]:
             rows[str(seed)]["bracketed"] = scanned(wheel_set(seed), points)
+            rows[str(seed)]["scanned"] = points
             keep(rows, quick)
     own = [rows[str(seed)] for seed in range(sets)]
     head = (

@@ -14,7 +14,7 @@ from varcontact.gradients.following import Following
 from varcontact.gradients.inputs import number_of, path_of, quantity_of
 from varcontact.gradients.outputs import Creepage, Output, output_of
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import FrictionBound, Law
+from varcontact.scene import consistency
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import IN_WORDS
@@ -212,21 +212,7 @@ def check_differentiable(solution: Solution) -> None:
         if plan.theory is not None:
             approximate = plan.tangential
         raise SceneError("solution", approximate, "by an exact method: this one is approximate")
-    if not (scene.motion is None or isinstance(scene.motion, Steady | Shift)):
-        motion = type(scene.motion).__name__
-        raise SceneError("motion", motion, "Steady, Shift or none: histories have no gradient")
-    if isinstance(scene.friction, Law | FrictionBound):
-        law = type(scene.friction).__name__
-        raise SceneError("friction", law, "a number or a field: laws have no gradient")
-    without = {
-        "third_body": scene.third_body is not None,
-        "surface.inclination": scene.conformal,
-    }
-    for field, present in without.items():
-        if present:
-            raise SceneError(field, "given", "left out: the contact has no gradient with it")
-    if scene.bodies.relaxes:
-        raise SceneError("bodies", "viscoelastic", "elastic: others have no gradient")
+    consistency.check_differentiable(scene)
     if solution.pressure_on_parts is not None:
         allowed = '"centres": pressures on parts of elements have no gradient'
         raise SceneError("grid.edge", solution.grid.edge, allowed)

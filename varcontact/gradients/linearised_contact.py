@@ -137,7 +137,7 @@ class LinearisedContact:
         free: tuple[int, ...] = ()
         if motion is not None and not solution.scene.frictionless:
             free = tuple(i for i, F in enumerate((motion.Fx, motion.Fy)) if F is not None)
-        like = fields.disc.K == 0 and not solution.scene.no_slip
+        like = fields.disc.K == 0
         moving = MovingEdge(np.zeros_like(areas.along))
         if edge == "moving" and like and isinstance(motion, Steady) and areas.slip.any():
             areas, moving = _with_moving_edge(solution, fields, areas)

@@ -108,6 +108,8 @@ def _far(distance: np.ndarray, grid: Grid) -> float:
 
 def hertzian(case: CaseInput, bodies: Bodies, load: dict[str, Any]) -> tuple[Any, Grid]:
     """Surface and elements of a Hertzian contact, IPOTCN = -1 to -3."""
+    kind: Group
+    group: Group
     kind, group = case.entries["elements"]
     (ipotcn,) = kind.integers()
     nx, ny = (group.count(k) for k in (0, 1))

@@ -190,6 +190,27 @@ def check_linear(scene: Scene) -> None:
         )
 
 
+def check_differentiable(scene: Scene) -> None:
+    """Refuse a problem that has no gradient by its inputs."""
+    motion = scene.motion
+    if not (motion is None or isinstance(motion, Steady | Shift)):
+        allowed = "Steady, Shift or none: histories have no gradient"
+        raise SceneError("motion", type(motion).__name__, allowed)
+    if isinstance(scene.friction, Law | FrictionBound):
+        law = type(scene.friction).__name__
+        raise SceneError("friction", law, "a number or a field: laws have no gradient")
+    given = {
+        "third_body": scene.third_body is not None,
+        "surface": scene.conformal,
+        "bodies": scene.bodies.relaxes,
+    }
+    for field, present in given.items():
+        if present:
+            value = type(getattr(scene, field)).__name__
+            allowed = "left out, a plane and elastic: the contact has no gradient with it"
+            raise SceneError(field, value, allowed)
+
+
 def _check_speed(scene: Scene) -> None:
     """Viscoelastic bodies roll steadily at a speed, or step by step in time; no other contact
     depends on either.

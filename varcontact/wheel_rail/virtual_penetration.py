@@ -222,9 +222,7 @@ def estimated(
 ) -> FastWheel:
     """The same without plausibility warnings, for wheels of a search or a table."""
     options = options or {}
-    for name in ("third_body", "thermal"):
-        if getattr(case, name) is not None:
-            raise SceneError(name, "given", "left out of an estimate: fast theories have none here")
+    case.check_bare()
     check_sides(case.track.profile, stacklevel=stacklevel + 1)
     normal = checks.choice("normal", normal, NORMAL)
     tol = checks.positive("tol", tol)

@@ -339,6 +339,13 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             seams=seams,
         )
 
+    def check_bare(self) -> None:
+        """Refuse what lies between wheel and rail where theories have none."""
+        for name in ("third_body", "thermal"):
+            if getattr(self, name) is not None:
+                allowed = "left out of an estimate: fast theories have none here"
+                raise SceneError(name, "given", allowed)
+
     def _friction(
         self,
         tangent: Tangent,
