@@ -57,6 +57,9 @@ SCENES = {
     "shift": contact(motion=vc.Shift(ux=2e-3, uy=1e-3)),
     "unlike shift": contact(UNLIKE, vc.Shift(ux=2e-3, uy=1e-3)),
     "coated": contact(COATED),
+    "beside a load": contact(
+        loads=vc.SurfaceLoad(x=(3.0, 4.0), y=(-0.5, 0.5), pressure=0.01, traction=(0.01, 0.0))
+    ),
     "approach": contact(normal_force=None, approach=0.008),
 }
 
