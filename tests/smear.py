@@ -10,6 +10,7 @@ import ast
 import re
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import varcontact
@@ -51,8 +52,13 @@ OTHER_MEANINGS = {
 """Files in which a word means something else, and what."""
 
 
-def names(path: Path) -> Iterator[tuple[int, str]]:
+@cache
+def names(path: Path) -> list[tuple[int, str]]:
     """Line and name of all that the code of a file imports, defines or reads."""
+    return list(_names(path))
+
+
+def _names(path: Path) -> Iterator[tuple[int, str]]:
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Name):
             yield node.lineno, node.id

@@ -309,7 +309,7 @@ print([name for name in {unused} if name in sys.modules])
 def test_a_solve_without_a_picture_imports_nothing_that_draws(folder):
     command = [sys.executable, "-X", "importtime", "-m", "varcontact", "solve", "scene.toml"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
-    assert "varcontact.solving.adaptive" in done.stderr
+    assert "varcontact.solving.on_grid" in done.stderr
     assert not re.search(r"\| +(matplotlib|xarray|pandas|cvxpy)\b", done.stderr)
 
 

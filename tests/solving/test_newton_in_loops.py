@@ -75,7 +75,7 @@ def test_where_both_together_fail_passes_go_on(monkeypatch, failing):
             start, traction=wrong * start.traction, solved=False, status="MaxIterations"
         )
 
-    monkeypatch.setattr("varcontact.solving.coupling.newton_coupled", failed)
+    monkeypatch.setattr("varcontact.solvers.newton.coupled.newton_coupled", failed)
     sol = vc.solve(ball(), coupling="newton")
     check_same(sol, vc.solve(ball(), **DENSE))
     assert len(sol.passes) > 3

@@ -42,11 +42,11 @@ class Output(ABC):
 
     @abstractmethod
     def value(self, fields: ContactFields) -> float:
-        """The output."""
+        """The output by `fields`."""
 
     @abstractmethod
     def partial(self, fields: ContactFields) -> Partial:
-        """Its partial derivatives."""
+        """Its partial derivatives by `fields`."""
 
 
 @dataclass(frozen=True, eq=False)
