@@ -35,8 +35,10 @@ from varcontact.solvers.newton.tangential import TangentialConditions, Tangentia
 from varcontact.system.process import lazy_property
 from varcontact.transports import DIFFERENCES
 
-TOL = 1e-10
+TOL = 1e-9
 """Residual of the transposed problem, relative to its right-hand side."""
+ROOM = 32
+"""Directions for which memory is taken at a time."""
 DIRECTIONS_MAX = 400
 """Directions of one transposed solve; 14 to 30 are usual."""
 
@@ -366,15 +368,27 @@ class _TransposedSystem:
         )
 
     def _joined(self, parts: Multipliers) -> np.ndarray:
-        return np.concatenate(
-            [parts.shift.ravel(), parts.distance.ravel(), parts.forces, [parts.load]]
-        )
+        """The vector of the problems that are solved."""
+        vectors = [parts.forces, np.array([parts.load])]
+        if self._normal:
+            vectors.insert(0, parts.distance.ravel())
+        if self._tangential:
+            vectors.insert(0, parts.shift.ravel())
+        return np.concatenate(vectors)
 
     def _split(self, vector: np.ndarray) -> Multipliers:
+        """Multipliers of a vector; zero in the problem that is not solved."""
         size = self._shape[0] * self._shape[1]
-        shift = vector[: 2 * size].reshape(2, *self._shape)
-        distance = vector[2 * size : 3 * size].reshape(self._shape)
-        return Multipliers(shift, distance, vector[3 * size : -1], float(vector[-1]))
+        shift = np.zeros((2, *self._shape))
+        distance = np.zeros(self._shape)
+        begin = 0
+        if self._tangential:
+            shift = vector[: 2 * size].reshape(shift.shape)
+            begin = 2 * size
+        if self._normal:
+            distance = vector[begin : begin + size].reshape(self._shape)
+            begin += size
+        return Multipliers(shift, distance, vector[begin:-1], float(vector[-1]))
 
     def _product(self, vector: np.ndarray) -> np.ndarray:
         """Left-hand sides."""
@@ -445,28 +459,30 @@ def gcr(
     found = np.zeros_like(right)
     residual = right.copy()
     length = float(np.linalg.norm(right))
-    steps: list[np.ndarray] = []
-    images: list[np.ndarray] = []
+    steps = np.empty((ROOM, right.size))
+    images = np.empty((ROOM, right.size))
     for count in range(DIRECTIONS_MAX):
         if float(np.linalg.norm(residual)) <= tol * length:
             return found, count
+        if count == len(steps):
+            steps = np.concatenate([steps, np.empty_like(steps)])
+            images = np.concatenate([images, np.empty_like(images)])
         # a preconditioned direction, its image orthogonal to those before
         step = precondition(residual)
         image = product(step)
         for _ in range(2):
-            for known_step, known_image in zip(steps, images, strict=True):
-                part = known_image @ image
-                image -= part * known_image
-                step -= part * known_step
+            parts = images[:count] @ image
+            image -= parts @ images[:count]
+            step -= parts @ steps[:count]
         size = float(np.linalg.norm(image))
         if not size > 0:
             break
-        steps.append(step / size)
-        images.append(image / size)
+        steps[count] = step / size
+        images[count] = image / size
         # the part of the residual that it removes
-        part = images[-1] @ residual
-        found += part * steps[-1]
-        residual -= part * images[-1]
+        part = images[count] @ residual
+        found += part * steps[count]
+        residual -= part * images[count]
     left = float(np.linalg.norm(residual)) / max(length, 1e-300)
     message = f"the gradient was not found in {DIRECTIONS_MAX} directions"
     raise NotConverged(message, left)

@@ -521,7 +521,7 @@ class Solution(Reported):
             What the edge of the contact does as an input changes. "held": the
             derivative of the discrete problem, exact while no element changes
             its state; in rolling, by load or shape, it scatters with the grid
-            by 10 to 20 %. "following": the grid is stretched and shifted with
+            by tens of per cent. "following": the grid is stretched and shifted with
             the contact, as the continuum has it. "moving": tractions that enter
             at a moving leading edge are part of it, of like bodies. "auto":
             "following" for load, surface and bodies, "moving" for "distance" in
