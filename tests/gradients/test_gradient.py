@@ -204,6 +204,21 @@ def test_a_moving_edge_sums_to_the_load_of_a_following_grid():
     assert abs(moving - following) < abs(held - following)
 
 
+@pytest.mark.parametrize("edge", ["centres", "softened"])
+def test_with_hertz_pressure_the_grid_follows_his_ellipse(edge):
+    """Differences of solutions on grids that are relative to the contact, to their noise."""
+    scene = contact(grid=vc.Grid(nx=16, ny=16, edge=edge))
+    found = vc.solve(scene, **EXACT).gradient("Fx", ("normal_force", "surface.Ry", "bodies.G"))
+
+    def differ(name, make, at):
+        above, below = (vc.solve(make(at * (1 + s)), **EXACT).Fx for s in (STEP, -STEP))
+        assert float(found[name]) == pytest.approx((above - below) / (2 * STEP * at), rel=1e-5)
+
+    differ("normal_force", lambda v: replace(scene, normal_force=v), 0.02)
+    differ("surface.Ry", lambda v: replace(scene, surface=vc.Paraboloids(100.0, v)), 90.0)
+    differ("bodies.G", lambda v: replace(scene, bodies=vc.Bodies(G=v, nu=0.28)), 1.0)
+
+
 def test_units_change_nothing():
     """Lengths in thousandths, forces in hundreds."""
     own = solved(SCENES["creepage"]).gradient("Mz", ("normal_force", "surface.Rx"))

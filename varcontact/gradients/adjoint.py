@@ -42,10 +42,8 @@ class LinearisedSolution:
     hertz: bool
 
     @classmethod
-    def of(cls, solution: Solution, edge: Edge, *, closed_form: bool = True) -> LinearisedSolution:
-        """About a solution; without the `closed_form` Hertz's pressure counts as that of the
-        grid's equations.
-        """
+    def of(cls, solution: Solution, edge: Edge) -> LinearisedSolution:
+        """About a solution."""
         scene = solution.scene
         disc = with_subgrid(discretise(scene, solution.grid), solution.pressure_on_parts)
         fields = ContactFields(
@@ -56,7 +54,7 @@ class LinearisedSolution:
             np.nan_to_num(np.array(solution.creepage, float)),
             float(np.nan_to_num(solution.approach)),
         )
-        hertz = solution.plan.normal == "hertz" and closed_form
+        hertz = solution.plan.normal == "hertz"
         return cls(solution, LinearisedContact.about(solution, fields, edge), hertz)
 
     @property

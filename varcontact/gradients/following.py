@@ -3,7 +3,8 @@
 The continuum's output J does not depend on the grid. On a fixed grid, elements enter at the
 leading edge by jumps, which hold most of the derivative by load or shape. On a grid that is
 stretched and shifted with the moments of the pressure none enters: ``dJ/dtheta = partial
-J/partial theta + J_grid . d(extent)/dtheta``, the last by a second adjoint.
+J/partial theta + J_grid . d(extent)/dtheta``, the last by a second adjoint. With Hertz's pressure
+the grid is stretched with his ellipse, which is known.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.gradients.adjoint import Adjoint, LinearisedSolution, SceneOf
+from varcontact.gradients.adjoint import RELATIVE_STEP, Adjoint, LinearisedSolution, SceneOf
 from varcontact.gradients.contact_fields import ContactFields
 from varcontact.gradients.outputs import Output, Partial
+from varcontact.scene.grid import Grid
+from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 
 GRID_STEP = 1e-5
@@ -68,6 +71,31 @@ class Following:
     def along(self, scene_of: SceneOf, value: float) -> float:
         """By any number that makes a scene."""
         return self.held.along(scene_of, value) + self.extent.along(scene_of, value)
+
+
+def along_with_ellipse(adjoint: Adjoint, scene_of: SceneOf, value: float) -> float:
+    """Derivative by any number that makes a scene, on a grid that is stretched with Hertz's
+    ellipse.
+    """
+    step = RELATIVE_STEP * (abs(value) or 1.0)
+    scenes = [scene_of(value + step), scene_of(value - step)]
+    above, below = (adjoint.lagrangian(scene, _with_ellipse(adjoint, scene)) for scene in scenes)
+    return (above - below) / (2 * step)
+
+
+def _with_ellipse(adjoint: Adjoint, scene: Scene) -> Grid:
+    """The grid of the solution, stretched as Hertz's ellipse is in another scene."""
+    own = adjoint.about.fields.disc.hertz
+    other = scene.hertz
+    assert own is not None
+    assert other is not None
+    grid = adjoint.about.solution.grid
+    along_x = other.a / own.a
+    changes: dict[str, Any] = {"dx": grid.dx * along_x, "x0": grid.x0 * along_x}
+    if not grid.line:
+        along_y = other.b / own.b
+        changes |= {"dy": grid.dy * along_y, "y0": grid.y0 * along_y}
+    return replace(grid, **changes)
 
 
 def _by_grid(held: Adjoint, axis: int, *, stretched: bool) -> float:

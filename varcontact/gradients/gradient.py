@@ -10,7 +10,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.gradients.adjoint import Adjoint, LinearisedSolution
-from varcontact.gradients.following import Following
+from varcontact.gradients.following import Following, along_with_ellipse
 from varcontact.gradients.inputs import number_of, path_of, quantity_of
 from varcontact.gradients.outputs import Creepage, Output, output_of
 from varcontact.results.solution import Solution
@@ -119,7 +119,7 @@ def _on_half_the_elements(solution: Solution) -> Solution:
     if isinstance(motion, Steady) and motion.dq is not None:
         motion = replace(motion, dq=2 * motion.dq)
     coarse = replace(scene, grid=replace(grid, **sides), motion=motion)
-    return solve(coarse, certify="none")
+    return solve(coarse, normal=solution.plan.normal, certify="none")
 
 
 class _Derivatives:
@@ -141,6 +141,8 @@ class _Derivatives:
         edge = self._edge_of(path)
         if edge == "following":
             scene_of, value = number_of(self._solution.scene, path)
+            if _closed_form(self._solution):
+                return along_with_ellipse(self._adjoint("held"), scene_of, value)
             return self._on_following_grid().along(scene_of, value)
         return _by(self._adjoint(edge), path)
 
@@ -159,7 +161,7 @@ class _Derivatives:
             _check_edge(solution, "moving", path)
             return "moving"
         moved = path in LOADS or path.startswith(("surface.", "bodies."))
-        if moved and solution.grid.edge == "centres":
+        if moved:
             return "following"
         return "held"
 
@@ -171,9 +173,14 @@ class _Derivatives:
 
     def _on_following_grid(self) -> Following:
         if self._following is None:
-            about = LinearisedSolution.of(self._solution, "held", closed_form=False)
+            about = LinearisedSolution.of(self._solution, "held")
             self._following = Following.of(about, self._output)
         return self._following
+
+
+def _closed_form(solution: Solution) -> bool:
+    """True where the pressure is Hertz's."""
+    return solution.plan.normal == "hertz"
 
 
 def _by(adjoint: Adjoint, path: str) -> float | np.ndarray:
@@ -266,8 +273,6 @@ def _check_edge(solution: Solution, edge: EdgeName, path: str) -> None:
     if edge == "moving" and isinstance(motion, Steady) and motion.slip_difference != "first-order":
         allowed = '"held", or slip_difference "first-order": the other reaches over two elements'
         raise SceneError("edge", edge, allowed)
-    if edge == "following" and solution.grid.edge != "centres":
-        raise SceneError("edge", edge, '"held", or a grid whose edge is "centres"')
     given_by_elements = path == "friction" and isinstance(solution.scene.friction, np.ndarray)
     if edge == "following" and (path == "distance" or given_by_elements):
         raise SceneError(
