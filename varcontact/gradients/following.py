@@ -90,11 +90,12 @@ def _with_ellipse(adjoint: Adjoint, scene: Scene) -> Grid:
     assert own is not None
     assert other is not None
     grid = adjoint.about.solution.grid
+    dx, dy = grid.sides
     along_x = other.a / own.a
-    changes: dict[str, Any] = {"dx": grid.dx * along_x, "x0": grid.x0 * along_x}
+    changes: dict[str, Any] = {"dx": dx * along_x, "x0": grid.lines[0][0] * along_x}
     if not grid.line:
         along_y = other.b / own.b
-        changes |= {"dy": grid.dy * along_y, "y0": grid.y0 * along_y}
+        changes |= {"dy": dy * along_y, "y0": grid.lines[1][0] * along_y}
     return replace(grid, **changes)
 
 
