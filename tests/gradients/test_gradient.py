@@ -240,7 +240,10 @@ def test_a_weighted_output_is_any_linear_functional():
     left = vc.Weighted(pressure=lambda x, y: x < 0, traction=(1.0, 0.5), name="left")
     sol = solved(scene)
     found = sol.gradient([left, "vx"], "normal_force", edge="held")
-    scene_of = lambda v: replace(scene, normal_force=v)  # noqa: E731
+
+    def scene_of(v):
+        return replace(scene, normal_force=v)
+
     assert list(found.output.values) == ["left", "vx"]
     expected = [difference(scene_of, 0.02, left), difference(scene_of, 0.02, "vx")]
     assert np.allclose(found.normal_force, expected, rtol=2e-6)

@@ -11,7 +11,7 @@ import varcontact as vc
 from tests.conftest import DATA
 from tests.io.test_contact_input import CASE, FORMULA, SURFACE
 from tests.wheel_rail.test_contact_input import CASE as WHEEL
-from tests.wheel_rail.test_contact_input import folder as profiles  # noqa: F401  a fixture
+from tests.wheel_rail.test_contact_input import with_profiles
 from varcontact.wheel_rail import read_contact_input as read_wheels
 
 BASIC, WHEELS = ((DATA / f"contact_{name}.out").read_text() for name in ("basic", "wheel"))
@@ -30,6 +30,11 @@ RESULT = """% Tim Sws Xw Yw
 2 1 0.0 0.4 4.0 -0.5 0.0 0.02 0.0 0.0 0.0
 5 2 0.0 0.4 2.0 -0.8 0.0 0.02 0.0 0.0 0.001
 """
+
+
+@pytest.fixture
+def profiles(tmp_path):
+    return with_profiles(tmp_path)
 
 
 def read_result(path):
@@ -136,7 +141,7 @@ def refusal(read, path, changed):
     {"case.inp": 30, "wheel.inp": 15, "case.out": 80, "case.mat": 200}.items(),
     ids=str,
 )
-def test_no_text_gives_a_foreign_error(profiles, name, count):  # noqa: F811  the fixture
+def test_no_text_gives_a_foreign_error(profiles, name, count):
     """Tried once with 4 000 changed files of each name; these are some of them."""
     generator = random.Random(name)
     read, texts = FILES[name]
@@ -163,7 +168,7 @@ def test_no_text_gives_a_foreign_error(profiles, name, count):  # noqa: F811  th
     (read_result, "case.mat", RESULT.replace("\n3 2 ", "\n3 1e308 ")),
     (read_wheels, "wheel.inp", WHEEL.replace("'rail.csv'", "'ra\0il.csv'")),
 ])  # fmt: skip
-def test_single_faults(profiles, read, name, text):  # noqa: F811  the fixture
+def test_single_faults(profiles, read, name, text):
     """Found by the test above, or by people."""
     path = profiles / name
     path.write_text(text)

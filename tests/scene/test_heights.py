@@ -174,5 +174,5 @@ def test_bad_heights_are_named(source, options, field, words):
 
 def test_holes_in_columns_are_refused(tmp_path):
     np.savetxt(tmp_path / "holes.xyz", columns()[:-1])
-    call = lambda: vc.SampledDistance.from_heights(tmp_path / "holes.xyz")  # noqa: E731
-    refused(call, "source", "no holes, none twice")
+    path = tmp_path / "holes.xyz"
+    refused(lambda: vc.SampledDistance.from_heights(path), "source", "no holes, none twice")

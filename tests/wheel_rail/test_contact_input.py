@@ -50,11 +50,16 @@ PLACE = "    0.0  0.0 10000.  0.0  0.0  0.0 "
 RATES = "         0.0    0.0  -4.34811810 "
 
 
+def with_profiles(folder):
+    """A folder with the profiles that the case names."""
+    shutil.copy(DATA / "profiles" / "rail_UIC60.csv", folder / "rail.csv")
+    shutil.copy(DATA / "profiles" / "wheel_S1002.csv", folder / "the wheel, new.csv")
+    return folder
+
+
 @pytest.fixture
 def folder(tmp_path):
-    shutil.copy(DATA / "profiles" / "rail_UIC60.csv", tmp_path / "rail.csv")
-    shutil.copy(DATA / "profiles" / "wheel_S1002.csv", tmp_path / "the wheel, new.csv")
-    return tmp_path
+    return with_profiles(tmp_path)
 
 
 def read(folder, *changes, text=CASE):

@@ -239,15 +239,15 @@ class SolverComparison(Reported):
         """The rows in which the solver applies to the problem, with `cost`: seconds to the
         tolerance, infinite where it is not reached.
 
-        A run that was asked for a tighter tolerance counts, too: solvers understand tolerances in
+        A run with a tighter tolerance counts, too: solvers understand tolerances in
         their own ways.
         """
         rows = self.runs[self.runs["outcome"] != NOT_APPLICABLE]
         names = ["problem", "solver"]
         measured = ["residual", "relative_gap", "seconds"]
-        asked = rows[[*names, "tol", *measured]].rename(columns={"tol": "asked"})
-        pairs = rows[[*names, "tol"]].merge(asked, on=names)
-        reached = pairs["asked"] <= pairs["tol"]
+        runs = rows[[*names, "tol", *measured]].rename(columns={"tol": "tol_of_run"})
+        pairs = rows[[*names, "tol"]].merge(runs, on=names)
+        reached = pairs["tol_of_run"] <= pairs["tol"]
         for name in measured[:2]:
             reached &= pairs[name].astype(float) <= pairs["tol"]
         costs = pairs[reached].groupby([*names, "tol"])["seconds"].min().rename("cost")

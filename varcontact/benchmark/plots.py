@@ -25,25 +25,25 @@ def plot_profiles(comparison: Any, tol: float) -> Figure:
     if not groups or tol not in set(tried["tol"]):
         raise SceneError("tol", tol, "one of the tolerances compared")
     solvers = list(dict.fromkeys(tried["solver"]))
-    looks = {name: _look(number) for number, name in enumerate(solvers)}
+    styles = {name: _line_style(number) for number, name in enumerate(solvers)}
     factors = np.geomspace(1.0, FACTOR_MAX, 200)
     figure, axes = style.new_panels(len(groups), 3.6, None)
     for ax, group in zip(axes, groups, strict=True):
         profile = comparison.profile(group, tol, factors=factors)
         for name in profile:
-            ax.step(factors, profile[name], where="post", **looks[name])
+            ax.step(factors, profile[name], where="post", **styles[name])
         ax.set_xscale("log")
         ax.set_ylim(-0.02, 1.02)
         ax.set_xlabel("time relative to the fastest")
         ax.set_title(f"{group}, to {tol:g}")
     axes[0].set_ylabel("fraction of problems")
     # of all solvers, also those that are in no panel but the last
-    handles = [axes[0].plot([], [], **look)[0] for look in looks.values()]
+    handles = [axes[0].plot([], [], **each)[0] for each in styles.values()]
     columns = min(3, len(groups) + 1)
     figure.legend(handles, solvers, ncols=columns, loc="outside lower center", fontsize="small")
     return figure
 
 
-def _look(number: int) -> dict[str, Any]:
+def _line_style(number: int) -> dict[str, Any]:
     """Colour and dashes of a line."""
     return {"color": f"C{number % COLOURS}", "linestyle": DASHES[number // COLOURS % len(DASHES)]}

@@ -242,10 +242,10 @@ def verdict(
         return Verdict("failed", _reason(error))
     except Exception as error:  # solvers are others' code, and raise what they like
         return Verdict("failed", f"{type(error).__name__}: {_reason(error)}")
-    return _judged(problem, raw, tol, seconds)
+    return _verdict_on(problem, raw, tol, seconds)
 
 
-def _judged(
+def _verdict_on(
     problem: NormalProblem | TangentialProblem, raw: RawSolution, tol: float, seconds: float
 ) -> Verdict:
     """The verdict on an answer by the residual of the natural map and the relative gap."""

@@ -41,18 +41,18 @@ def gradient(
     outputs = _listed(output)
     inputs = _listed(by)
     _check_different(outputs)
-    asked = _Asked(
+    request = _Request(
         outputs=dict(output_of(each) for each in outputs),
         inputs={name: path_of(name) for name in inputs},
         edge=edge,
     )
-    asked.check(solution)
-    derivatives = asked.of(solution)
+    request.check(solution)
+    derivatives = request.of(solution)
     errors = None
     if error:
-        coarse = asked.of(_on_half_the_elements(solution))
-        errors = {name: np.abs(derivatives[name] - coarse[name]) for name in asked.scalars}
-    dataset = _dataset(solution, asked, derivatives, errors)
+        coarse = request.of(_on_half_the_elements(solution))
+        errors = {name: np.abs(derivatives[name] - coarse[name]) for name in request.scalars}
+    dataset = _dataset(solution, request, derivatives, errors)
     if outputs is output:
         return dataset
     return dataset.isel(output=0)
@@ -74,7 +74,7 @@ def _check_different(outputs: Any) -> None:
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _Request:
     """Outputs and paths of inputs by name, and what the edge does."""
 
     outputs: dict[str, Output]
@@ -285,7 +285,7 @@ def _check_edge(solution: Solution, edge: EdgeName, path: str) -> None:
 
 def _dataset(
     solution: Solution,
-    asked: _Asked,
+    request: _Request,
     derivatives: dict[str, np.ndarray],
     errors: dict[str, np.ndarray] | None,
 ) -> xr.Dataset:
@@ -295,12 +295,12 @@ def _dataset(
     grid = solution.grid
     units = solution.scene.units or IN_WORDS
     shift = isinstance(solution.scene.motion, Shift)
-    own = [units.of(each.unit, grid.line, shift) for each in asked.outputs.values()]
+    own = [units.of(each.unit, grid.line, shift) for each in request.outputs.values()]
     variables: dict[str, Any] = {}
     for name, found in derivatives.items():
         below = "1"
         if name != "value":
-            below = units.of(quantity_of(asked.inputs[name]), grid.line, shift)
+            below = units.of(quantity_of(request.inputs[name]), grid.line, shift)
         quotients = own
         if below != "1":
             quotients = [f"({each})/({below})" for each in own]
@@ -309,7 +309,7 @@ def _dataset(
         variables[name] = (dims, found, attributes)
         if errors is not None and name in errors:
             variables[f"{name}_error"] = ("output", errors[name], attributes)
-    coordinates: dict[str, Any] = {"output": list(asked.outputs)}
+    coordinates: dict[str, Any] = {"output": list(request.outputs)}
     if any(found.ndim == 3 for found in derivatives.values()):
         coordinates |= {"x": grid.x, "y": grid.y}
     return xr.Dataset(variables, coordinates)

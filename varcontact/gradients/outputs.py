@@ -38,7 +38,11 @@ class Output(ABC):
 
     unit: str = ""
     """Quantity whose unit it has, as `Units.of` names it."""
-    needs_motion: bool = True
+
+    @property
+    def needs_motion(self) -> bool:
+        """True where it depends on tractions."""
+        return True
 
     @abstractmethod
     def value(self, fields: ContactFields) -> float:
@@ -83,7 +87,7 @@ class Weighted(Output):
     unit: str = ""
 
     @property
-    def needs_motion(self) -> bool:  # type: ignore[override]
+    def needs_motion(self) -> bool:
         return any(callable(weight) or np.any(weight) for weight in self.traction)
 
     def value(self, fields: ContactFields) -> float:
@@ -114,7 +118,10 @@ class Approach(Output):
     """Approach of the bodies."""
 
     unit = "length"
-    needs_motion = False
+
+    @property
+    def needs_motion(self) -> bool:
+        return False
 
     def value(self, fields: ContactFields) -> float:
         return fields.approach
@@ -160,7 +167,10 @@ class PeakPressure(Output):
 
     power: float = np.inf
     unit = "pressure"
-    needs_motion = False
+
+    @property
+    def needs_motion(self) -> bool:
+        return False
 
     def __post_init__(self) -> None:
         if not checks.real("power", self.power) >= 1:
@@ -195,7 +205,10 @@ class ContactArea(Output):
     """
 
     unit = "area"
-    needs_motion = False
+
+    @property
+    def needs_motion(self) -> bool:
+        return False
 
     def value(self, fields: ContactFields) -> float:
         return float(np.sqrt(self._extents(fields)[0].prod()))
@@ -228,7 +241,7 @@ class ContactArea(Output):
         return np.array(squared), np.array(slopes)
 
 
-class FrictionPower(Output):
+class FrictionWork(Output):
     """Work lost by friction: by distance rolled, or of a shift ``-sum q.E dA``."""
 
     unit = "work"
@@ -297,7 +310,7 @@ OUTPUTS: dict[str, Output] = {
     "uy": Creepage(1),
     "peak_pressure": PeakPressure(),
     "contact_area": ContactArea(),
-    "friction_work": FrictionPower(),
+    "friction_work": FrictionWork(),
 }
 """Outputs by name."""
 

@@ -42,6 +42,7 @@ from varcontact.solving.grid_sequence import (
     GridSequence,
     coarsest,
     gridded,
+    order_of,
     richardson,
 )
 from varcontact.solving.history import bytes_of_steps, solve_transient
@@ -241,9 +242,7 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     last_levels = levels[-GRIDS:]
     fine = last_levels[-1]
     unit = units(fine.answer) | fine.unjudged
-    order = ORDER
-    if fine.answer.scene.hardens:
-        order = 1.0
+    order = order_of(fine.answer.scene)
     narrow = last_levels[0].unresolved(target.accuracy)
     by_level = [(level.n, level.values | level.unjudged) for level in last_levels]
     on_grid = by_level[-1][1]

@@ -211,6 +211,16 @@ def fits(scene: Scene) -> bool:
     return isinstance(motion, Shift | TimeStep) and not scene.line
 
 
+def leaves_grid(scene: Scene) -> bool:
+    """True if a scene is one for batches that leaves its grid to the accuracy."""
+    motion = scene.motion
+    if scene.grid != "auto" or not fits(scene) or isinstance(scene.friction, Law):
+        return False
+    if isinstance(motion, Shift):
+        return True
+    return bool(motion == replace(motion, slip_difference="first-order", spin_offset=None))
+
+
 def _friction_fits(friction: object) -> bool:
     if isinstance(friction, Law):
         return not friction.local and friction.memory_distance <= 0 and friction.kinetic != 0

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from operator import itemgetter
 
 import numpy as np
 
 from varcontact.reference.hertz import HertzContact
 from varcontact.results.quantities_of_interest import frictional_units
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.batch import (
     FIGURES,
@@ -22,7 +20,7 @@ from varcontact.solving.batch import (
     Fields,
     Figures,
     InitialTractions,
-    fits,
+    leaves_grid,
     on_grids,
     power_supplied,
 )
@@ -64,7 +62,7 @@ def solve_batches(
     gridded_ones = [k for k in numbers if isinstance(scenes[k].grid, Grid)]
     figures, solved = on_grids(scenes, gridded_ones, tol, kept, near)
     for line in (False, True):
-        free = [k for k in numbers if scenes[k].line == line and _without_grid(scenes[k])]
+        free = [k for k in numbers if scenes[k].line == line and leaves_grid(scenes[k])]
         if not free:
             continue
         of_free, free_solved = _to_accuracy([scenes[k] for k in free], accuracy or BY_DEFAULT, tol)
@@ -72,16 +70,6 @@ def solve_batches(
             figures.setdefault(name, np.full(len(scenes), math.nan))[free] = values
         solved[free] = free_solved
     return figures, solved
-
-
-def _without_grid(scene: Scene) -> bool:
-    """True if a scene is one for batches that leaves its grid to the accuracy."""
-    motion = scene.motion
-    if scene.grid != "auto" or not fits(scene) or isinstance(scene.friction, Law):
-        return False
-    if isinstance(motion, Shift):
-        return True
-    return bool(motion == replace(motion, slip_difference="first-order", spin_offset=None))
 
 
 def _to_accuracy(

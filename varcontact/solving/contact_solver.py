@@ -461,7 +461,7 @@ def with_normal_force(
     their sum, and the secant finds the sum.
     """
     if isinstance(disc.surface, PinInHole):
-        return _pressed(disc, solver, state, coupled)
+        return _with_force_on_pin(disc, solver, state, coupled)
     tried: list[tuple[float, float]] = []
     total = float(state.pressure.sum()) * disc.lattice.area * disc.scales.force
     while True:
@@ -493,7 +493,7 @@ def as_held(disc: Discretisation, state: ContactState) -> Discretisation:
     return disc.at_approach(state.approach)
 
 
-def _pressed(
+def _with_force_on_pin(
     disc: Discretisation, solver: ContactSolver, state: ContactState, coupled: bool
 ) -> tuple[Discretisation, ContactState]:
     """The contact of a pin under its force: the secant finds the approach."""

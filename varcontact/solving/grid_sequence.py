@@ -104,6 +104,13 @@ def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
     return replace(scene, grid=grid, motion=motion)
 
 
+def order_of(scene: Scene) -> float:
+    """Order of Richardson's steps for a scene."""
+    if scene.hardens:
+        return 1.0
+    return ORDER
+
+
 def richardson(
     values: Sequence[Any], across: Sequence[float], order: float = ORDER
 ) -> tuple[Any, Any]:
