@@ -13,6 +13,7 @@ from varcontact.wheel_rail import Track, read_contact_input
 from varcontact.wheel_rail.contact_runs import run_wheels
 
 COARSE = ("  0.200   0.200   1.000", "  0.5   0.5   1.000")
+COARSEST = ("  0.200   0.200   1.000", "  1.0   1.0   1.000")
 
 
 @pytest.fixture
@@ -65,6 +66,55 @@ def test_a_longitudinal_force_is_met(profiles):
     (case,) = cases(profiles, *changes[:2], (RATES, "         0.0    0.0  15000. "))
     (run,) = run_wheels([case])
     assert "at most what friction can carry" in run.reason
+
+
+def test_a_moment_about_the_axle_is_met(profiles):
+    """F = 2: MY in place of the pitch rate, about the force times the rolling radius."""
+    changes = [COARSEST, (" 1203100 ", " 1203120 "), (RATES, "         0.0    0.0  6.9e5 ")]
+    (case,) = cases(profiles, *changes)
+    assert (case.axle_moment, case.longitudinal_force) == (6.9e5, None)
+    (run,) = run_wheels([case])
+    (patch,) = run.solution.patches
+    assert -run.solution.moment_on_wheelset[1] == pytest.approx(6.9e5, rel=1e-4)
+    assert patch.force_on_track[0] * patch.rolling_radius == pytest.approx(6.9e5, rel=0.01)
+    (case,) = cases(profiles, *changes[:2], (RATES, "         0.0    0.0  6.9e6 "))
+    (run,) = run_wheels([case])
+    assert run.reason.startswith("MY = 6900000.0")
+
+
+def sprung(sideways, down):
+    """Springs of F = 3 after the deviations."""
+    line = "     0.0    0.0   0.000   0.0   0.0   0.000     DY, DZ, ROLL, VY, VZ, VROLL\n"
+    return line, f"{line} 4000. {sideways} 9000. {down}  KYRAIL, FYRAIL, KZRAIL, FZRAIL\n"
+
+
+def test_a_rail_on_springs_is_deflected(profiles):
+    """F = 3: the forces on the rail, those of contact and of the springs, are in balance; the
+    height that carries a force is given back by that force.
+    """
+    changes = [COARSEST, (" 1203100 ", " 1203130 "), sprung(-900.0, -1000.0)]
+    (case,) = cases(profiles, *changes)
+    assert case.springs.stiffness == (4000.0, 9000.0)
+    (run,) = run_wheels([case])
+    rail = run.solution.case.track.right
+    Fy, Fz = run.solution.force[1:]
+    assert Fy - 900.0 - 4000.0 * rail.y == pytest.approx(0.0, abs=1.0)
+    assert rail.z == pytest.approx((Fz - 1000.0) / 9000.0)
+    assert abs(rail.y) > 0.1
+    at_height = (PLACE, f" 0.0 0.0 {run.solution.z} 0. 0. 0. ")
+    (case,) = cases(profiles, *changes[:1], (" 1203100 ", " 1203030 "), changes[2], at_height)
+    (again,) = run_wheels([case])
+    assert again.solution.force == pytest.approx(run.solution.force, abs=2.0)
+
+
+def test_forces_that_no_motion_gives_are_refused(profiles):
+    for changes, reason in [
+        ([(" 1203100 ", " 1203020 ")], "F .FORCE. = 2 needs the vertical force, N = 1"),
+        ([(" 1203100 ", " 1200130 "), sprung(0.0, 0.0)], "F .FORCE. = 3 needs friction, T = 3"),
+        ([(" 1203100 ", " 1203130 "), sprung(0.0, "x")], "FZRAIL = 'x' is not a number"),
+    ]:
+        with pytest.raises(vc.SceneError, match=reason):
+            read(profiles, *changes)
 
 
 def test_a_layer_and_heat_are_those_of_the_scene(profiles):

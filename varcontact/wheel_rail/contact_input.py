@@ -44,6 +44,23 @@ BY_ELEMENT = (3, 6)
 """Values of the digit D with which patches are curved, and have the rigid slip of each element."""
 
 
+@dataclass(frozen=True)
+class RailSprings:
+    """Springs, to the side and downwards, on which a rail without mass rests.
+
+    Attributes
+    ----------
+    stiffness : tuple of float
+        KYRAIL and KZRAIL [N/mm].
+    preload : tuple of float
+        FYRAIL and FZRAIL: forces of the springs on the rail where it is not
+        deflected [N].
+    """
+
+    stiffness: tuple[float, float]
+    preload: tuple[float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class WheelCase:
     """A case of module 1 of an input file of CONTACT.
@@ -61,6 +78,11 @@ class WheelCase:
     longitudinal_force : float or None
         Force on the rail along the wheel set, FX of F = 1 [N]: the pitch rate
         of the wheel is then one that gives it, and not known before.
+    axle_moment : float or None
+        Moment about the axle of the forces on the rail, MY of F = 2 [N mm], in
+        the same way.
+    springs : RailSprings or None
+        On which the rail rests, F = 3: its deflection is not known before.
     separating_angle : float
         A_SEP [rad], from which CONTACT parts patches whatever their distance;
         here patches are parted by distance, and a case in which it would count
@@ -73,7 +95,15 @@ class WheelCase:
     wheel: WheelOnRail | None = None
     reason: str = ""
     longitudinal_force: float | None = None
+    axle_moment: float | None = None
+    springs: RailSprings | None = None
     separating_angle: float = math.pi / 2
+
+    @property
+    def by_forces(self) -> bool:
+        """True where forces determine the motion of the wheel, or the place of the rail."""
+        forces = (self.longitudinal_force, self.axle_moment, self.springs)
+        return any(each is not None for each in forces)
 
 
 class WheelInput(Sequence[WheelOnRail]):
@@ -90,9 +120,7 @@ class WheelInput(Sequence[WheelOnRail]):
         self.path = path
         self.cases = tuple(cases)
         self._wheels = [
-            case.wheel
-            for case in cases
-            if case.wheel is not None and case.longitudinal_force is None
+            case.wheel for case in cases if case.wheel is not None and not case.by_forces
         ]
 
     @overload
@@ -207,17 +235,13 @@ class _Reader:
         """One case."""
         line = given.group.line
         try:
-            wheel = self._wheel(given)
-            force = None
-            if given.controls["FORCE"] == 1:
-                force = given.entries["velocity"].number(5)
             return WheelCase(
                 number=given.number,
                 line=line,
                 element=given.element,
-                wheel=wheel,
-                longitudinal_force=force,
+                wheel=self._wheel(given),
                 separating_angle=given.entries["grid"].angle(3),
+                **_forces(given),
             )
         except SceneError as error:
             if strict:
@@ -315,15 +339,40 @@ def _check_supported(case: CaseInput) -> None:
         _check_roller(case)
     if controls["TANG"] in (1, 2):
         controls.complain("TANG", "is not supported: wheels here roll steadily, T = 3")
-    if controls["FORCE"] >= 2 or (controls["FORCE"] == 1 and controls["NORM"] == 0):
-        why = "is not supported; supported: the pitch rate (F = 0), or FX beside FZ (F = 1, N = 1)"
-        controls.complain("FORCE", why)
+    if controls["FORCE"] in (1, 2) and controls["NORM"] == 0:
+        controls.complain("FORCE", "needs the vertical force, N = 1")
+    if controls["FORCE"] != 0 and controls["TANG"] == 0:
+        controls.complain("FORCE", "needs friction, T = 3")
     if controls["MATER"] not in (0, 4):
         controls.complain("MATER", "is not supported; supported: 0 (elastic), 4 (third body)")
     if controls["INFLCF"] == 4 and case.entries["conformal"].integers()[1] != 4:
         group = case.entries["conformal"]
         why = "is not reciprocal, and not supported; supported: 4"
         group.refuse("VARIANT", group.integers()[1], why)
+
+
+def _forces(case: CaseInput) -> dict[str, Any]:
+    """What is given of F = 1, 2 and 3 in place of the motion of the wheel, or the place of the
+    rail.
+    """
+    force = case.controls["FORCE"]
+    if force in (1, 2):
+        given = {1: "longitudinal_force", 2: "axle_moment"}[force]
+        return {given: case.entries["velocity"].number(5)}
+    if force == 3:
+        return {"springs": _springs(case)}
+    return {}
+
+
+def _springs(case: CaseInput) -> RailSprings:
+    """The springs of F = 3."""
+    group: Group = case.needs("springs", "FORCE", "the springs of a rail", "Z = 3")
+    lateral, sideways, vertical, down = group.numbers()
+    if lateral < 0 or vertical < 0:
+        group.refuse("KYRAIL, KZRAIL", (lateral, vertical), "is negative")
+    if vertical == 0 and case.controls["NORM"] == 0:
+        group.refuse("KZRAIL", vertical, "is zero, and the height of the wheel set is given")
+    return RailSprings((lateral, vertical), (sideways, down))
 
 
 def _check_roller(case: CaseInput) -> None:
@@ -513,8 +562,9 @@ def _velocity(case: CaseInput) -> Velocity:
     pitch_rate = None
     if group.names[5] == "VPITCH":
         pitch_rate = group.angle(5)
-    if (pitch_rate is None) != (case.controls["FORCE"] == 1):
-        case.controls.complain("FORCE", "needs a velocity that has it: use E = 2")
+    given = {1: "FX", 2: "MY"}.get(case.controls["FORCE"], "VPITCH")
+    if group.names[5] != given:
+        case.controls.complain("FORCE", f"needs a velocity with {given}: use E = 2")
     with located(group):
         return Velocity(
             speed=speed,

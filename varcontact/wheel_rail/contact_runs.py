@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
 
-from varcontact.errors import SceneError, VarcontactError
-from varcontact.wheel_rail.contact_input import WheelCase
+from varcontact.errors import NoContact, SceneError, VarcontactError
+from varcontact.wheel_rail.contact_input import RailSprings, WheelCase
 from varcontact.wheel_rail.patches import joined, tangent_of
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
@@ -14,6 +17,10 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 CREEP_MAX = 0.03
 """Creepages between which a longitudinal force is sought."""
 CREEP_TOL = 1e-8
+DEFLECTION_FIRST = 0.1
+DEFLECTION_MAX = 12.8
+"""Deflections of a rail to the side that are tried, first and at most [mm]."""
+DEFLECTION_TOL = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +40,7 @@ def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
             yield WheelRun(case, reason=case.reason)
             continue
         try:
-            solution = _solved(case.wheel, case.longitudinal_force)
+            solution = _solved(case)
             _check_angles(case, solution)
         except VarcontactError as error:
             yield WheelRun(case, reason=str(error))
@@ -41,26 +48,140 @@ def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
         yield WheelRun(case, solution, "", [values_of(patch) for patch in solution.patches])
 
 
-def _solved(wheel: WheelOnRail, force: float | None) -> WheelRailSolution:
-    """A wheel, with the pitch rate that gives a force on the rail along the wheel set."""
-    if force is None:
-        return wheel.solve(certify="none")
-    from scipy.optimize import brentq
+def _solved(case: WheelCase) -> WheelRailSolution:
+    """The wheel of a case, with the motion or the place of the rail that gives its forces."""
+    wheel = case.wheel
+    assert wheel is not None
+    if case.longitudinal_force is not None:
+        return _with_pitch_rate(wheel, _along_wheel_set, "FX", case.longitudinal_force)
+    if case.axle_moment is not None:
+        return _with_pitch_rate(wheel, _about_axle, "MY", case.axle_moment)
+    if case.springs is not None:
+        return _on_springs(wheel, case.springs)
+    return wheel.solve(certify="none")
 
+
+def _along_wheel_set(solution: WheelRailSolution) -> float:
+    """Force on the rail along the wheel set."""
+    return -float(solution.force_on_wheelset[0])
+
+
+def _about_axle(solution: WheelRailSolution) -> float:
+    """Moment about the axle of the forces on the rail."""
+    return -float(solution.moment_on_wheelset[1])
+
+
+def _with_pitch_rate(
+    wheel: WheelOnRail, quantity: Callable[[WheelRailSolution], float], name: str, goal: float
+) -> WheelRailSolution:
+    """A wheel, with the pitch rate with which a quantity is as given."""
     rolling = -wheel.velocity.speed / wheel.wheelset.radius
-    found: dict[float, WheelRailSolution] = {}
 
-    def excess(creep: float) -> float:
+    def solved(creep: float, near: WheelRailSolution | None) -> WheelRailSolution:
         velocity = replace(wheel.velocity, pitch_rate=rolling * (1 + creep))
-        found[creep] = replace(wheel, velocity=velocity).solve(certify="none")
-        along = wheel.position.rotation[:, 0]
-        return float(along @ found[creep].force) - force
+        return replace(wheel, velocity=velocity).solve(certify="none", start=near)
 
-    if excess(-CREEP_MAX) * excess(CREEP_MAX) > 0:
-        raise SceneError("FX", force, "at most what friction can carry")
-    creep = brentq(excess, -CREEP_MAX, CREEP_MAX, xtol=CREEP_TOL)
-    excess(creep)
-    return found[creep]
+    def excess(creep: float, solution: WheelRailSolution) -> float:
+        return quantity(solution) - goal
+
+    search = _Search(solved, excess)
+    if search(-CREEP_MAX) * search(CREEP_MAX) > 0:
+        raise SceneError(name, goal, "at most what friction can carry")
+    return search.root(-CREEP_MAX, CREEP_MAX, CREEP_TOL)
+
+
+def _on_springs(wheel: WheelOnRail, springs: RailSprings) -> WheelRailSolution:
+    """A wheel, with the deflection at which the springs carry the forces on the rail.
+
+    The force of the springs is the preload less stiffness times deflection.
+    """
+    stiffness, _ = springs.stiffness
+    preload, _ = springs.preload
+
+    def solved(deflection: float, near: WheelRailSolution | None) -> WheelRailSolution:
+        return _on_vertical_spring(_with_rail_moved(wheel, deflection, 0.0), springs, near)
+
+    def excess(deflection: float, solution: WheelRailSolution) -> float:
+        return float(solution.force[1]) + preload - stiffness * deflection
+
+    # to the side to which the rail is pushed, until the springs hold it
+    search = _Search(solved, excess)
+    pushed = search(0.0)
+    reach = math.copysign(DEFLECTION_FIRST, pushed)
+    while search(reach) * pushed > 0:
+        if abs(reach) >= DEFLECTION_MAX:
+            allowed = f"so large that a deflection of {DEFLECTION_MAX:g} mm is enough"
+            raise SceneError("KYRAIL", stiffness, allowed)
+        reach *= 2.0
+    return search.root(0.0, reach, DEFLECTION_TOL)
+
+
+def _on_vertical_spring(
+    wheel: WheelOnRail, springs: RailSprings, near: WheelRailSolution | None
+) -> WheelRailSolution:
+    """A wheel with the vertical deflection of its rail."""
+    _, stiffness = springs.stiffness
+    _, preload = springs.preload
+    if wheel.vertical_force is not None:
+        lowered = 0.0
+        if stiffness > 0:
+            lowered = (wheel.vertical_force + preload) / stiffness
+        return _with_rail_moved(wheel, 0.0, lowered).solve(certify="none", start=near)
+    assert wheel.z is not None
+    highest = preload / stiffness
+    touching = wheel.z - wheel.touching
+    if highest >= touching:
+        raise NoContact("z", wheel.z, f"more than {wheel.touching + highest:.6g} mm")
+
+    def solved(deflection: float, near: WheelRailSolution | None) -> WheelRailSolution:
+        return _with_rail_moved(wheel, 0.0, deflection).solve(certify="none", start=near)
+
+    def excess(deflection: float, solution: WheelRailSolution) -> float:
+        return float(solution.force[2]) + preload - stiffness * deflection
+
+    # where the wheel just touches there is no force
+    search = _Search(solved, excess, {touching: preload - stiffness * touching})
+    return search.root(highest, touching, DEFLECTION_TOL)
+
+
+def _with_rail_moved(wheel: WheelOnRail, lateral: float, down: float) -> WheelOnRail:
+    """The wheel on a rail that is deflected [mm]."""
+    place = {"left": wheel.track.left, "right": wheel.track.right}[wheel.side]
+    moved = replace(place, y=place.y + lateral, z=place.z + down)
+    track: dict[str, Any] = {wheel.side: moved}
+    return replace(wheel, track=replace(wheel.track, **track))
+
+
+class _Search:
+    """Search for the value at which a wheel has no excess; each is solved from the one before."""
+
+    def __init__(
+        self,
+        solved: Callable[[float, WheelRailSolution | None], WheelRailSolution],
+        excess: Callable[[float, WheelRailSolution], float],
+        known: Mapping[float, float] = MappingProxyType({}),
+    ) -> None:
+        self._solved = solved
+        self._excess = excess
+        self._known = dict(known)
+        self._solutions: dict[float, WheelRailSolution] = {}
+        self._near: WheelRailSolution | None = None
+
+    def __call__(self, value: float) -> float:
+        """The excess at a value."""
+        if value not in self._known:
+            self._near = self._solved(value, self._near)
+            self._solutions[value] = self._near
+            self._known[value] = self._excess(value, self._near)
+        return self._known[value]
+
+    def root(self, one: float, other: float, tol: float) -> WheelRailSolution:
+        """The solution between two values whose excess has opposite signs."""
+        from scipy.optimize import brentq
+
+        value = brentq(self, one, other, xtol=tol)
+        self(value)
+        return self._solutions[value]
 
 
 def _check_angles(case: WheelCase, solution: WheelRailSolution) -> None:
