@@ -17,8 +17,12 @@ from varcontact.benchmark.solvers import DEFAULT_SOLVERS
 STORE = RESULTS / "solvers.csv"
 TOLS = (1e-3, 1e-6, 1e-9)
 GROUPS = ("pressures", "shifts", "rolling", "line rolling")
+MAIN_SOLVERS = DEFAULT_SOLVERS[:3]
+STRIDE = 8
+"""Problems that follow each other in size are so many places apart in a run."""
+Problems = dict[str, vc.BenchmarkProblem]
 FAMILIES = {
-    "active sets": DEFAULT_SOLVERS[:1],
+    "active sets": MAIN_SOLVERS[:1],
     "`newton`": ("newton",),
     "`splitting`": ("splitting",),
     "best program": DEFAULT_SOLVERS[3:],
@@ -27,14 +31,26 @@ FAMILIES = {
 
 
 def compared(quick: bool) -> vc.SolverComparison:
-    """The comparison on the quick or on the whole set, with all that the store has."""
-    problems = vc.benchmark_problems()
-    chosen = vc.benchmark_problems(quick=quick)
-    options = {"tols": TOLS, "store": STORE}
-    vc.benchmark_solvers(DEFAULT_SOLVERS, chosen, **options, progress=partial(print, flush=True))
-    kept = set(pd.read_csv(STORE, keep_default_na=False)["problem"])
-    finished = {name: each for name, each in problems.items() if name in kept}
-    return vc.benchmark_solvers(DEFAULT_SOLVERS, finished, **options)
+    """The comparison on the quick or on the whole set, with all problems of the store that every
+    solver was tried on.
+    """
+    chosen = balanced(vc.benchmark_problems(quick=quick))
+    # the main solvers first: a run that ends early has them on all problems
+    for solvers in (MAIN_SOLVERS, DEFAULT_SOLVERS):
+        progress = partial(print, flush=True)
+        vc.benchmark_solvers(solvers, chosen, tols=TOLS, store=STORE, progress=progress)
+    tried = pd.read_csv(STORE, keep_default_na=False).groupby("problem")["solver"].nunique()
+    complete = set(tried.index[tried == len(DEFAULT_SOLVERS)])
+    finished = {name: each for name, each in vc.benchmark_problems().items() if name in complete}
+    return vc.benchmark_solvers(DEFAULT_SOLVERS, finished, tols=TOLS, store=STORE)
+
+
+def balanced(problems: Problems) -> Problems:
+    """The problems in an order whose first ones are of all sizes."""
+    cells = {name: each.scene.grid.nx * (each.scene.grid.ny or 1) for name, each in problems.items()}
+    by_size = sorted(cells, key=cells.__getitem__)
+    order = [name for offset in range(STRIDE) for name in by_size[offset::STRIDE]]
+    return {name: problems[name] for name in order}
 
 
 def kept(name: str, table: Callable[[vc.SolverComparison], Table], quick: bool) -> Table:
