@@ -1,6 +1,8 @@
 """Solvers of a user, as `module:function`: a good one, and all that can be wrong with one."""
 
 import os
+import signal
+import subprocess
 import time
 
 import numpy as np
@@ -17,6 +19,14 @@ def endless(problem, settings, start):
 
 def sleeping(problem, settings, start):
     time.sleep(1000)
+
+
+def held_up(problem, settings, start):
+    """Right, but stopped for two seconds, as where others take the processor."""
+    process = os.getpid()
+    subprocess.Popen(["sh", "-c", f"sleep 2; kill -CONT {process}"])
+    os.kill(process, signal.SIGSTOP)
+    return good(problem, settings, start)
 
 
 def crashing(problem, settings, start):

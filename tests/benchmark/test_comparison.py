@@ -1,5 +1,7 @@
 """Solvers side by side: the judge, the limit of time, resumed tables, and the figures by hand."""
 
+import signal
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -137,6 +139,15 @@ def test_solvers_that_only_wait_are_stopped_by_the_clock():
         [f"{USERS}:sleeping"], chosen("shift, 6 across"), tols=[1e-3], limit=0.1
     )
     assert compared.runs["outcome"].tolist() == ["out of time"]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no signal that stops a process")
+def test_time_without_a_processor_does_not_count():
+    limit = 0.15  # seconds of processor time; the clock allows no more than ten of them to sleep
+    compared = vc.benchmark_solvers(
+        [f"{USERS}:held_up"], chosen("shift, 6 across"), tols=[1e-3], limit=limit
+    )
+    assert compared.runs["outcome"].tolist() == ["solved"]
 
 
 def stop_at(word):
