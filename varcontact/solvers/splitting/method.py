@@ -25,7 +25,7 @@ import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.interface import Settings, check_time
-from varcontact.solvers.newton.driver import ROUNDED, GridConditions, GridProblem
+from varcontact.solvers.newton.driver import NOISE_DOUBLE, ROUNDED, GridConditions, GridProblem
 from varcontact.solvers.newton.globalisation import Point
 from varcontact.solvers.newton.normal import scaled_normal
 from varcontact.solvers.newton.tangential import scaled_tangential
@@ -95,6 +95,8 @@ def solve(problem: GridProblem[Any], settings: Settings, start: RawSolution | No
     inequality = Inequality.of(problem, symmetric)
     inequality.choose_gamma(first)
     iterate = inequality.start(first)
+    if first.noise > NOISE_DOUBLE:
+        iterate = inequality.in_double_precision(iterate)
     # rounds to a goal, which is smaller where the certificate's judgement differs
     goal = tol
     status = "MaxRounds"
