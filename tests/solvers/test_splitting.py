@@ -248,6 +248,24 @@ def test_products_with_the_transpose(curved):
     )
 
 
+def test_the_finest_grid_begins_in_double_precision(monkeypatch):
+    """Else errors of single precision are part of a record that nothing can beat."""
+    problem = vc.benchmark_problems()["shift, 24 across"].program().contact_problem
+    starts = []
+    rounds = method.rounds
+
+    def spy(inequality, start, *args):
+        starts.append((inequality, start))
+        return rounds(inequality, start, *args)
+
+    monkeypatch.setattr(method, "rounds", spy)
+    assert split(problem).solved
+    inequality, start = starts[-1]
+    assert len(starts) > 1, "no coarse grid"
+    image = inequality.product.apply(start.u)
+    np.testing.assert_allclose(start.image, image, rtol=0, atol=1e-14 * np.abs(image).max())
+
+
 @pytest.mark.slow
 def test_fifty_thousand_elements(rolling):
     """Sticking nearly all over, where rounds are most: hundreds, not thousands."""
