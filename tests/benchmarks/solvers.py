@@ -47,7 +47,9 @@ def compared(quick: bool) -> vc.SolverComparison:
 
 def balanced(problems: Problems) -> Problems:
     """The problems in an order whose first ones are of all sizes."""
-    cells = {name: each.scene.grid.nx * (each.scene.grid.ny or 1) for name, each in problems.items()}
+    cells = {
+        name: each.scene.grid.nx * (each.scene.grid.ny or 1) for name, each in problems.items()
+    }
     by_size = sorted(cells, key=cells.__getitem__)
     order = [name for offset in range(STRIDE) for name in by_size[offset::STRIDE]]
     return {name: problems[name] for name in order}
