@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from tests.own_solvers import admm as good  # noqa: F401
+from tests.own_solvers import admm as good
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.splitting.method import splitting_tangential
 
