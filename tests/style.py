@@ -7,6 +7,7 @@ import sys
 import tokenize
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import varcontact
@@ -31,13 +32,19 @@ def room(path: Path) -> str:
     return path.relative_to(ROOT).parts[0].removesuffix(".py")
 
 
+@cache
+def tree(path: Path) -> ast.Module:
+    """The syntax tree of a file."""
+    return ast.parse(path.read_text())
+
+
 def faults(path: Path) -> Iterator[tuple[int, str, str]]:
     """Line, kind and name of what does not read like a sentence."""
     text = path.read_text()
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > COLUMNS:
             yield number, "long line", f"{len(line)} columns"
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(tree(path)):
         if (
             isinstance(node, ast.Assign)
             and isinstance(node.targets[0], ast.Tuple)
@@ -45,7 +52,8 @@ def faults(path: Path) -> Iterator[tuple[int, str, str]]:
         ):
             yield node.lineno, "packed assignment", ""
         elif isinstance(node, ast.IfExp):
-            inner = any(isinstance(each, ast.IfExp) for each in ast.walk(node) if each is not node)
+            inside = list(ast.walk(node))[1:]
+            inner = any(isinstance(each, ast.IfExp) for each in inside)
             yield node.lineno, "nested conditional" if inner else "conditional expression", ""
         elif isinstance(node, ast.FunctionDef):
             yield from _of_function(node)
@@ -69,7 +77,7 @@ def code_columns(path: Path) -> list[int]:
     text = path.read_text()
     lines = text.splitlines()
     inside: set[int] = set()
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(tree(path)):
         if (
             isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module)
             and ast.get_docstring(node) is not None
@@ -83,13 +91,20 @@ def code_columns(path: Path) -> list[int]:
     return sorted(len(lines[number - 1]) for number in code - inside)
 
 
-def counted() -> dict[str, Counter[str]]:
-    """Numbers of faults by room and kind, with the lines of code."""
+def faults_of_rooms() -> dict[str, Counter[str]]:
+    """Numbers of faults by room and kind."""
     found: dict[str, Counter[str]] = {}
     for path in sorted(ROOT.rglob("*.py")):
         own = found.setdefault(room(path), Counter())
         own.update(kind for _, kind, _ in faults(path))
-        own["code"] += len(code_columns(path))
+    return found
+
+
+def counted() -> dict[str, Counter[str]]:
+    """Numbers of faults by room and kind, with the lines of code."""
+    found = faults_of_rooms()
+    for path in ROOT.rglob("*.py"):
+        found[room(path)]["code"] += len(code_columns(path))
     return found
 
 
