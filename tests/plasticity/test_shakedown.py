@@ -42,6 +42,12 @@ def sliding():
     return ellipse(f=0.3)
 
 
+@pytest.fixture(scope="module")
+def plain(sliding):
+    """Its limit, by bounds of closed form."""
+    return vc.shakedown(sliding, 1.0, gap=None)
+
+
 @pytest.mark.parametrize(("f", "nu"), LINE)
 def test_line_contacts_ratchet_below_the_surface_at_the_largest_shear_stress(f, nu):
     """Johnson (1962): the limit is 1/max|sxz|, from both sides."""
@@ -121,27 +127,26 @@ def test_programs_close_the_gap(sliding):
 def test_no_bound_crosses_k_by_the_largest_traction():
     """A theorem: a thin layer slides where the traction reaches k."""
     for motion in ({"Fx": 0.4}, {"spin": 2.0}, {"vx": 0.3, "vy": 0.3}):
-        limit = vc.shakedown(ellipse(f=0.4, **motion), 1.0, gap=None)
+        limit = vc.shakedown(ellipse(f=0.4, n=8, **motion), 1.0, gap=None)
         assert limit.lower <= limit.upper <= (1 + 1e-9) / limit.local / limit.peak_pressure
 
 
-def test_factors_scale_with_the_yield_stress(sliding):
-    once = vc.shakedown(sliding, 1.0, gap=None)
+def test_factors_scale_with_the_yield_stress(sliding, plain):
     twice = vc.shakedown(sliding, 2.0, gap=None)
     for name in ("lower", "upper", "elastic"):
-        assert getattr(twice, name) == pytest.approx(2 * getattr(once, name), rel=1e-9)
-    assert once.outcome == "shakes down" or once.outcome == "elastic"
+        assert getattr(twice, name) == pytest.approx(2 * getattr(plain, name), rel=1e-9)
+    assert plain.outcome == "shakes down" or plain.outcome == "elastic"
     assert vc.shakedown(sliding, 0.25, gap=None).outcome == "surface flow"
 
 
 def test_both_bodies_alike_without_friction():
-    solution = ellipse()
+    solution = ellipse(n=8)
     limits = [vc.shakedown(solution, 1.0, body, gap=None) for body in ("upper", "lower")]
     assert limits[0].upper == pytest.approx(limits[1].upper, rel=1e-12)
 
 
 def test_mirror_images_have_the_same_limits():
-    solution = ellipse(f=0.4, spin=1.5, vy=0.1)
+    solution = ellipse(f=0.4, spin=1.5, vy=0.1, n=8)
     traction = solution.traction[:, ::-1] * np.array([1.0, -1.0])[:, None, None]
     mirrored = replace(solution, traction=traction, pressure=solution.pressure[::-1])
     limits = [vc.shakedown(each, 1.0, gap=None) for each in (solution, mirrored)]
@@ -150,9 +155,8 @@ def test_mirror_images_have_the_same_limits():
     assert limits[0].place == pytest.approx(-limits[1].place, abs=1e-9)
 
 
-def test_case_hardening(sliding):
+def test_case_hardening(sliding, plain):
     """Constant values by depth are a number; a hard layer lets the core decide."""
-    plain = vc.shakedown(sliding, 1.0, gap=None)
     same = vc.shakedown(sliding, ([0.0, 10.0], [1.0, 1.0]), gap=None)
     assert same.upper == pytest.approx(plain.upper, rel=1e-12)
     hard = vc.shakedown(sliding, lambda depth: np.where(depth < 0.1, 2.0, 1.0), gap=None)
@@ -199,7 +203,7 @@ def test_a_layer_of_the_same_material():
 def test_surface_stresses_of_bilinear_tractions():
     """Second order at the middle of a slipping circle: constant tractions err by the first."""
     errors = []
-    for n in (12, 24, 48):
+    for n in (8, 16, 32):
         solution = ellipse(f=0.5, n=n)
         way = passage(solution, 2, ones)
         row = np.abs(way.y).argmin()
