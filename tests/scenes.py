@@ -61,6 +61,8 @@ def in_units(scene, length, stress, time=1.0):
         "ux",
         "uy",
         "dq",
+        "normal",
+        "tangential",
     }
     units = dict.fromkeys(lengths | {"approach", "memory_distance"}, length)
     units |= dict.fromkeys(("Fx", "Fy", "normal_force"), force)

@@ -53,6 +53,7 @@ from .scene.interface import Thermal, ThirdBody
 from .scene.motion import Harmonic, Shift, Steady, TimeStep
 from .scene.pin import PinInHole
 from .scene.scene import Scene
+from .scene.surface_displacement import SurfaceDisplacement
 from .scene.surface_load import SurfaceLoad
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.transient import Transient
@@ -140,6 +141,7 @@ __all__ = [
     "StaticKinetic",
     "Steady",
     "SubsurfaceStress",
+    "SurfaceDisplacement",
     "SurfaceLoad",
     "TemperatureFalling",
     "Thermal",

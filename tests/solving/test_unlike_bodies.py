@@ -166,3 +166,10 @@ def test_a_cylinder_without_slip_has_the_closed_form():
     errors = np.abs(np.array(parts) - 4 / math.pi)
     assert errors[2] < 0.02
     assert np.all(errors[1:] < 0.7 * errors[:-1])
+
+
+def test_the_certificate_of_given_fields_is_that_of_the_solution():
+    """The approach is that under the tractions, by which it changes."""
+    sol = vc.solve(scene(motion=vc.Steady(vx=1e-3)))
+    judged = vc.certify(dataclasses.replace(sol.scene, grid=sol.grid), sol.traction, sol.pressure)
+    assert judged.residual < max(2 * sol.certificate.residual, 1e-9)

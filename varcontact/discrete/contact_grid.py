@@ -217,15 +217,20 @@ def if_noise(surface: Surface, grid: Grid) -> str:
 
 
 def check_loads(scene: Scene, grid: Grid, elements: np.ndarray, region: str) -> None:
-    """Refuse loads beside the contact that lie on some elements (ny, nx) of a grid."""
-    for k, load in enumerate(scene.loads or ()):
-        if load.overlaps(grid, elements):
-            box = _rounded(contact_box(grid, elements), grid.line)
-            message = (
-                f"loads[{k}] overlaps the {region}, {box}: "
-                "tractions are prescribed outside the contact only"
-            )
-            raise SceneError(f"loads[{k}]", load, message=message)
+    """Refuse loads and prescribed displacements beside the contact that lie on some elements (ny,
+    nx) of a grid.
+    """
+    prescribed = {"loads": ("tractions", scene.loads)}
+    prescribed["displacements"] = "displacements", scene.displacements
+    for name, (what, beside) in prescribed.items():
+        for k, each in enumerate(beside or ()):
+            if each.overlaps(grid, elements):
+                box = _rounded(contact_box(grid, elements), grid.line)
+                message = (
+                    f"{name}[{k}] overlaps the {region}, {box}: "
+                    f"{what} are prescribed outside the contact only"
+                )
+                raise SceneError(f"{name}[{k}]", each, message=message)
 
 
 def _not_containing(grid: Grid) -> str:

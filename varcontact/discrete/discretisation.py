@@ -18,7 +18,7 @@ from varcontact.discrete.loading import Loading, PreviousStep
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.beside import loads_beside
-from varcontact.elasticity.of_scenes import medium_on
+from varcontact.elasticity.held import held_medium_on
 from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.interfaces.interface import BetweenBodies, Fields, Interface, Quantity, Surroundings
@@ -394,7 +394,7 @@ class Discretisation:
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
         beside = self.loading.beside
-        if scene.loaded and scene.loads is not self.loading.scene.loads:
+        if scene.loaded and not scene.loads_as(self.loading.scene):
             beside = loads_beside(scene, self.scales.length)
         operators = self.operators
         if isinstance(scene.motion, TimeStep):
@@ -533,7 +533,7 @@ def discretise(scene: Scene, grid: Grid, built: Operators | None = None) -> Disc
     depth = scene.reference_depth
     if depth is not None:
         depth = depth / scales.length
-    medium = medium_on(scene, grid, scales.length, depth, scene.speed)
+    medium = held_medium_on(scene, grid, scales.length, depth, scene.speed)
     operators = Operators(grid.scaled(scales.length), medium)
     if built == operators:
         operators = built

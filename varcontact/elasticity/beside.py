@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.elasticity.held import holding_loads
 from varcontact.elasticity.of_scenes import medium_of
 from varcontact.elasticity.operators import Homogeneous
-from varcontact.scene.bodies import RIGID, Bodies, BodyPair, as_bodies
+from varcontact.scene.bodies import Bodies, BodyPair, loaded_alone
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.transports import Stencil
@@ -90,16 +91,16 @@ class LoadsBeside:
 
 
 def loads_beside(scene: Scene, length: float) -> LoadsBeside | None:
-    """The loads beside the contact of a scene, their influence numbers in units of a length; None
-    without any.
+    """The loads beside the contact of a scene, and those that hold prescribed displacements without
+    the contact, their influence numbers in units of a length; None without any.
     """
     depth = scene.reference_depth
     if depth is not None:
         depth = depth / length
     parts: list[Part] = []
-    for load in scene.loads or ():
+    for load in (*(scene.loads or ()), *holding_loads(scene, length)):
         assert isinstance(scene.bodies, Bodies | BodyPair)
-        bodies = _loaded_bodies(scene.bodies, load.body)
+        bodies = loaded_alone(scene.bodies, load.body)
         medium = medium_of(bodies, length, depth)
         assert isinstance(medium, Homogeneous)
         grid = load.grid.scaled(length)
@@ -111,16 +112,3 @@ def loads_beside(scene: Scene, length: float) -> LoadsBeside | None:
     if not parts:
         return None
     return LoadsBeside(tuple(parts), length)
-
-
-def _loaded_bodies(bodies: Bodies | BodyPair, loaded: str) -> Bodies | BodyPair:
-    """The bodies, of which only the loaded one gives way."""
-    if loaded == "both":
-        return bodies
-    if isinstance(bodies, Bodies):
-        G, nu = bodies.pairs
-        moduli = {"upper": (G[0], np.inf), "lower": (np.inf, G[1])}
-        return Bodies(moduli[loaded], nu)
-    pairs = {"upper": (bodies.upper, RIGID), "lower": (RIGID, bodies.lower)}
-    alone: Bodies | BodyPair = as_bodies(pairs[loaded])
-    return alone

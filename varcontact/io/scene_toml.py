@@ -36,6 +36,7 @@ from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
+from varcontact.scene.surface_displacement import SurfaceDisplacement
 from varcontact.scene.surface_load import SurfaceLoad
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from varcontact.scene.transient import Transient
@@ -83,6 +84,7 @@ PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
     "carried": Carried,
     "grid": Grid,
     "loads": SurfaceLoad,
+    "displacements": SurfaceDisplacement,
     "thermal": Thermal,
     "third_body": ThirdBody,
     "units": Units,

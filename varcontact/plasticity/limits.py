@@ -296,7 +296,8 @@ def check_solution(solution: Solution) -> None:
     if motion is not None and not isinstance(motion, Steady):
         raise SceneError("motion", motion, "Steady, or none: the load has to roll along x")
     if solution.scene.loaded:
-        raise SceneError("loads", solution.scene.loads, "left out: the load is that of the contact")
+        beside = solution.scene.loads or solution.scene.displacements
+        raise SceneError("loads", beside, "left out: the load is that of the contact")
     infinite = [f for f in solution.scene.frictions if isinstance(f, float) and math.isinf(f)]
     if infinite and motion is not None:
         raise SceneError(

@@ -120,8 +120,8 @@ def _normal_load(sol: Solution) -> Rows:
         ("normal force", f"{load}, largest pressure {peak}{_unit(sol, 'pressure')}"),
         ("approach", approach),
     ]
-    if sol.scene.loads:
-        forces = np.sum([each.force for each in sol.scene.loads], axis=0)
+    if sol.loads_beside:
+        forces = np.sum([each.force for each in sol.loads_beside], axis=0)
         words = ", ".join(f"{force:.6g}" for force in forces)
         rows.append(("loads beside", f"Fx, Fy, Fz = {words}{_unit(sol, 'force')}"))
     return rows

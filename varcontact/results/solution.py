@@ -13,6 +13,7 @@ from varcontact import checks
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
+from varcontact.elasticity.held import holding_loads
 from varcontact.html import Reported
 from varcontact.interfaces.heat import heating, surface_temperatures
 from varcontact.results.error_estimate import ErrorEstimate
@@ -21,6 +22,7 @@ from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.surface_load import SurfaceLoad
 from varcontact.scene.surfaces import along_axes
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
@@ -314,6 +316,21 @@ class Solution(Reported):
         return {name: count * self.grid.area for name, count in self.elements.items()}
 
     @property
+    def loads_beside(self) -> tuple[SurfaceLoad, ...]:
+        """Loads beside the contact: those of the scene, and one for each prescribed displacement,
+        of the tractions that hold it.
+        """
+        left, right, bottom, top = self.grid.box
+        sides = {"x": (left, right)}
+        if not self.grid.line:
+            sides["y"] = (bottom, top)
+        contact = SurfaceLoad(**sides, pressure=self.pressure, traction=self.traction)
+        return (
+            *(self.scene.loads or ()),
+            *holding_loads(self.scene, right - left, [contact]),
+        )
+
+    @property
     def edges(self) -> dict[str, np.ndarray]:
         """Elements at the edge of the contact (1.4), bool (ny, nx) each: "leading" where particles
         enter, "trailing" where they leave, "neutral" beside; without rolling all are neutral.
@@ -386,9 +403,11 @@ class Solution(Reported):
         shift [force length].
 
         ``-(Fx vx + Fy vy + Mz spin)`` and `rolling_resistance`. In steady rolling of elastic bodies
-        friction loses all; viscoelastic ones lose the rest. A shift, and a step of a history, also
-        change the elastic energy.
+        friction loses all; viscoelastic ones lose the rest. Loads and held parts beside the contact
+        put in their work as well. A shift, and a step of a history, also change the elastic energy.
         """
+        from varcontact.results.physical import power_of_held_parts
+
         # each element has its frame
         by_element = getattr(self.motion, "rigid_slip", None) is not None
         if self.scene.conformal or by_element or self.scene.loaded:
@@ -399,7 +418,8 @@ class Solution(Reported):
             if disc.step is not None:
                 rolled = disc.step * disc.scales.length
             slip = disc.slip_of_elements / rolled + np.array([vx - spin * y, vy + spin * x])
-            return self.rolling_resistance - float(np.sum(self.traction * slip) * self.grid.area)
+            own = float(np.sum(self.traction * slip) * self.grid.area)
+            return self.rolling_resistance + power_of_held_parts(self) - own
         loads = np.array([*self.force, self.moment])
         motion = np.array(self.creepage)
         moved = (loads != 0) & (motion != 0)  # NaN of one has no power where the other is zero

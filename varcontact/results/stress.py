@@ -386,7 +386,7 @@ class BodyField:
         displacement = field.displacement
         gradient = field.gradient
         stress = field.stress
-        for load in self.solution.scene.loads or ():
+        for load in self.solution.loads_beside:
             if load.body not in ("both", NAMES[self.side - 1]):
                 continue
             signs = {1: [1.0, 1.0, 1.0], 2: [-1.0, -1.0, 1.0]}

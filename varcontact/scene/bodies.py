@@ -544,6 +544,19 @@ def as_bodies(value: Any) -> Any:
     return pair.surfaces
 
 
+def loaded_alone(bodies: Bodies | BodyPair, loaded: str) -> Bodies | BodyPair:
+    """The bodies, of which only the loaded one ("upper", "lower", "both") gives way."""
+    if loaded == "both":
+        return bodies
+    if isinstance(bodies, Bodies):
+        G, nu = bodies.pairs
+        moduli = {"upper": (G[0], math.inf), "lower": (math.inf, G[1])}
+        return Bodies(moduli[loaded], nu)
+    pairs = {"upper": (bodies.upper, RIGID), "lower": (RIGID, bodies.lower)}
+    alone: Bodies | BodyPair = as_bodies(pairs[loaded])
+    return alone
+
+
 def materials(body: Body | str) -> list[tuple[float, float, Relaxations]]:
     """G, nu and relaxations of the layers of a body, from the surface, and of a base that gives
     way.

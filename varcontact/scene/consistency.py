@@ -21,6 +21,7 @@ from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, Tempera
 from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
+from varcontact.scene.load_checks import check_loads
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.pin import CLEARANCE_MAX, PinInHole
 from varcontact.scene.surfaces import (
@@ -76,6 +77,7 @@ def check(scene: Scene) -> None:
     problems = list(_problems(scene))
     _check_load(scene, problems)
     _check_given_bodies(scene)
+    check_loads(scene)
     _check_harmonic(scene)
     _check_speed(scene)
     _check_surfaces(scene)
@@ -84,7 +86,6 @@ def check(scene: Scene) -> None:
     _check_by_element(scene)
     _check_depth(scene, problems)
     _check_third_body(scene)
-    _check_loads(scene)
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:
@@ -203,6 +204,7 @@ def check_differentiable(scene: Scene) -> None:
         "third_body": scene.third_body is not None,
         "surface": scene.conformal,
         "bodies": scene.bodies.relaxes,
+        "displacements": scene.displacements is not None,
     }
     for field, present in given.items():
         if present:
@@ -634,45 +636,3 @@ def _check_third_body(scene: Scene) -> None:
             layer.k_tau,
             '0, or grid.edge "centres" and slip_difference "first-order"',
         )
-
-
-def _check_loads(scene: Scene) -> None:
-    """Loads beside the contact are those of elastic bodies that meet on a plane, and act on one
-    that gives way.
-    """
-    if scene.loads is None:
-        return
-    bodies = scene.bodies
-    if scene.conformal or not _feel_loads(bodies):
-        allowed = "left out: they are for elastic bodies that meet on a plane, and no beddings"
-        raise SceneError("loads", scene.loads, allowed)
-    if isinstance(scene.surface, Ellipse) and scene.raised:
-        allowed = "Paraboloids: beside loads the contact is no ellipse"
-        raise SceneError("surface", scene.surface, allowed)
-    for k, load in enumerate(scene.loads):
-        if (load.y is None) != scene.line:
-            allowed = "given: two numbers, from and to"
-            if scene.line:
-                allowed = "left out in line contact, where nothing depends on y"
-            raise SceneError(f"loads[{k}].y", load.y, allowed)
-        assert not isinstance(bodies, GivenBodies)
-        if load.body in _rigid_bodies(bodies):
-            raise SceneError(f"loads[{k}].body", load.body, "a body that is not rigid")
-
-
-def _feel_loads(bodies: Bodies | BodyPair | GivenBodies) -> bool:
-    """True of elastic bodies whose displacements far from the contact are known, side by side."""
-    if isinstance(bodies, GivenBodies):
-        return False
-    bedded = isinstance(bodies, BodyPair) and bodies.bedded
-    return not (bodies.relaxes or bedded)
-
-
-def _rigid_bodies(bodies: Bodies | BodyPair) -> list[str]:
-    """Names of those that do not give way."""
-    surfaces = bodies
-    if isinstance(bodies, BodyPair):
-        surfaces = bodies.surfaces
-    assert isinstance(surfaces, Bodies)
-    moduli = dict(zip(("upper", "lower"), surfaces.pairs[0], strict=True))
-    return [name for name, G in moduli.items() if math.isinf(G)]

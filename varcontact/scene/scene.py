@@ -28,7 +28,7 @@ from varcontact.html import in_rows, preformatted
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency, plausibility
-from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
+from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies, loaded_alone
 from varcontact.scene.friction import FrictionBound, Law, coefficient
 from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.given_bodies import GivenBodies
@@ -36,6 +36,7 @@ from varcontact.scene.grid import Edge, Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
 from varcontact.scene.pin import PinInHole
+from varcontact.scene.surface_displacement import SurfaceDisplacement, as_displacements
 from varcontact.scene.surface_load import SurfaceLoad, as_loads
 from varcontact.scene.surfaces import (
     Ellipse,
@@ -75,6 +76,7 @@ class _Entries(TypedDict, total=False):
     thermal: Thermal | tuple[Thermal, Thermal] | None
     grid: Grid | Literal["auto"]
     loads: SurfaceLoad | Sequence[SurfaceLoad] | None
+    displacements: SurfaceDisplacement | Sequence[SurfaceDisplacement] | None
     units: Units | None
 
 
@@ -115,6 +117,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         contact.
     loads : SurfaceLoad or sequence of SurfaceLoad, optional
         Tractions that are prescribed beside the contact.
+    displacements : SurfaceDisplacement or sequence of SurfaceDisplacement, optional
+        Displacements that are prescribed beside the contact.
     units : Units, optional
         Names of the units, for reports, files and pictures.
 
@@ -154,6 +158,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     motion: MotionT_co = _NO_MOTION
     grid: Grid | Literal["auto"] = "auto"
     loads: tuple[SurfaceLoad, ...] | None = None
+    displacements: tuple[SurfaceDisplacement, ...] | None = None
     units: Units | None = None
 
     if TYPE_CHECKING:  # without a motion it is a Scene[None]
@@ -170,6 +175,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         set_ = object.__setattr__
         set_(self, "bodies", as_bodies(self.bodies))
         set_(self, "loads", as_loads(self.loads))
+        set_(self, "displacements", as_displacements(self.displacements))
         thermal: Any = self.thermal
         if isinstance(thermal, list | tuple):
             set_(self, "thermal", tuple(thermal))
@@ -208,12 +214,21 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def loaded(self) -> bool:
-        """True where tractions act beside the contact."""
-        return any(load.loaded.any() for load in self.loads or ())
+        """True where tractions act beside the contact, or displacements are prescribed."""
+        return bool(self.displacements) or any(load.loaded.any() for load in self.loads or ())
+
+    def loads_as(self, other: Scene[Any]) -> bool:
+        """True where loads and displacements beside the contact are those of another scene."""
+        return self.loads is other.loads and self.displacements is other.displacements
 
     @property
     def raised(self) -> bool:
-        """True where loads beside the contact change the undeformed distance."""
+        """True where loads beside the contact change the undeformed distance, or prescribed
+        displacements what pressures do.
+        """
+        held = self.displacements or ()
+        if (self.coupled and held) or any("z" in each.components for each in held):
+            return True
         along = [2]
         if self.bodies.coupled:
             along = [0, 1, 2]
@@ -226,16 +241,26 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def coupled(self) -> bool:
-        """True where pressure and tractions depend on each other: of unlike bodies, and in
-        conformal contact.
+        """True where pressure and tractions depend on each other: of unlike bodies, in conformal
+        contact, and beside a part of one body alone that is held.
         """
-        return self.bodies.coupled or self.conformal
+        return self.bodies.coupled or self.conformal or self._coupled_by_held_parts
+
+    @property
+    def _coupled_by_held_parts(self) -> bool:
+        """True where the tractions that hold a part of one body follow pressures and tractions."""
+        if isinstance(self.bodies, GivenBodies):
+            return False
+        held = {each.body for each in self.displacements or ()}
+        return any(loaded_alone(self.bodies, body).coupled for body in held)
 
     @property
     def difference(self) -> str:
         """The reason why pressure and tractions are coupled or not."""
         if self.conformal:
             return "a curved reference surface"
+        if self._coupled_by_held_parts and not self.bodies.coupled:
+            return "a part of one body that is held"
         if isinstance(self.bodies, Bodies):
             return f"K = {self.bodies.K:.3g}"
         if isinstance(self.bodies, GivenBodies) and self.bodies.coupled:

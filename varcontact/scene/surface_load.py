@@ -17,7 +17,7 @@ LoadedBodies = Literal["both", "upper", "lower"]
 """Bodies on which a load acts."""
 
 
-def _interval(field: str, value: Any) -> tuple[float, float]:
+def interval(field: str, value: Any) -> tuple[float, float]:
     """Two ascending coordinates."""
     ends = checks.array(field, value, shape=(2,), meant="of two numbers, from and to")
     if ends[1] <= ends[0]:
@@ -29,8 +29,8 @@ def _interval(field: str, value: Any) -> tuple[float, float]:
 class SurfaceLoad(
     Checked,
     path="loads",
-    x=_interval,
-    y=_interval,
+    x=interval,
+    y=interval,
     pressure=lambda field, value: checks.array(field, value, 0, 1, 2),
     traction=lambda field, value: checks.array(field, value, 1, 2, 3),
     body=partial(checks.choice, options=get_args(LoadedBodies)),
@@ -105,12 +105,7 @@ class SurfaceLoad(
     def grid(self) -> Grid:
         """The equal parts, as an explicit grid."""
         _, ny, nx = self.parts.shape
-        left, right = self.x
-        grid = Grid(nx=nx, dx=(right - left) / nx, x0=left)
-        if self.y is None:
-            return grid
-        bottom, top = self.y
-        return replace(grid, ny=ny, dy=(top - bottom) / ny, y0=bottom)
+        return equal_parts(self.x, self.y, nx, ny)
 
     @property
     def force(self) -> tuple[float, float, float]:
@@ -146,14 +141,32 @@ class SurfaceLoad(
         grid : Grid
         elements : ndarray of bool, shape (ny, nx)
         """
-        own = self.grid
-        own_x, own_y = own.lines
-        x, y = grid.lines
-        along_x = _common(x, own_x)
-        if grid.line:
-            return bool((elements[0] @ along_x @ self.loaded[0]) > 0)
-        covered = _common(y, own_y) @ self.loaded @ along_x.T
-        return bool(np.any(elements & (covered > 0)))
+        return overlap(self.grid, self.loaded, grid, elements)
+
+
+def equal_parts(x: tuple[float, float], y: tuple[float, float] | None, nx: int, ny: int) -> Grid:
+    """The grid of nx by ny equal parts of a rectangle; without y those of a line contact."""
+    left, right = x
+    grid = Grid(nx=nx, dx=(right - left) / nx, x0=left)
+    if y is None:
+        return grid
+    bottom, top = y
+    return replace(grid, ny=ny, dy=(top - bottom) / ny, y0=bottom)
+
+
+def overlap(one: Grid, of_one: np.ndarray, other: Grid, of_other: np.ndarray) -> bool:
+    """True where some elements (ny, nx) of a grid lie on some of another one."""
+    return bool(np.any(of_other & covered(other, one, of_one)))
+
+
+def covered(grid: Grid, other: Grid, of_other: np.ndarray) -> np.ndarray:
+    """True for elements (ny, nx) of a grid that lie on some elements of another one."""
+    x, y = grid.lines
+    other_x, other_y = other.lines
+    on_rows = of_other
+    if not grid.line:
+        on_rows = _common(y, other_y) @ of_other
+    return np.asarray(on_rows @ _common(x, other_x).T > 0)
 
 
 def _common(edges: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -42,16 +42,21 @@ def without_friction(scene: Scene) -> Scene:
 
 
 def contact_under(
-    scene: Scene, grid: Grid, pressure: np.ndarray | None
+    scene: Scene, grid: Grid, pressure: np.ndarray | None, traction: np.ndarray | None = None
 ) -> tuple[Discretisation, ContactState]:
     """The contact under a pressure [force/area], on the parts of its elements where these count in
-    part; under Hertz's where none is given.
+    part; under Hertz's where none is given. Tractions change the approach of unlike bodies.
     """
     disc = discretise(scene, grid)
+    scale = disc.scales.pressure
+    state = unloaded(grid)
+    if traction is not None:
+        tractions = field_of("traction", traction, (2, *grid.shape), scale) / scale
+        state = replace(state, traction=tractions)
     if pressure is None:
-        return disc, hertz_pressure(disc, unloaded(grid))
+        return disc, hertz_pressure(disc, state)
     cells = cells_of(grid.edge, grid.line)
-    pressures = field_of("pressure", pressure, grid.divided(cells).shape, disc.scales.pressure)
+    pressures = field_of("pressure", pressure, grid.divided(cells).shape, scale)
     if np.any(pressures < 0) or not np.any(pressures):
         allowed = "zero or positive, and positive somewhere"
         raise SceneError("pressure", float(pressures.min()), allowed)
@@ -59,16 +64,19 @@ def contact_under(
     if cells != (1, 1):
         disc = with_subgrid(disc, pressures)
     lattice = disc if disc.subgrid is None else disc.subgrid.disc
-    pressures = pressures / disc.scales.pressure
+    pressures = pressures / scale
 
     # the approach, or the mean of the elements or parts which the pressure acts on, weighted by it
-    problem = lattice.normal_problem()
+    acting = None
+    if disc.K != 0:
+        acting = state.traction
+    problem = lattice.normal_problem(acting)
     approach = problem.approach
     if approach is None:
         level = problem.distance + problem.operator.apply(pressures.reshape(1, -1))[0]
         approach = float(pressures.ravel() @ level / pressures.sum())
     approach += (lattice.base - base) / disc.scales.displacement
-    return disc, replace(unloaded(grid), pressure=means(pressures, cells), approach=approach)
+    return disc, replace(state, pressure=means(pressures, cells), approach=approach)
 
 
 def field_of(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) -> np.ndarray:

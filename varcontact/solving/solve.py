@@ -18,7 +18,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Harmonic, Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solving.given_pressure import check_placed, contact_under, field_of
+from varcontact.solving.given_pressure import check_placed, contact_under
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, Options, SolveOptions
 from varcontact.solving.own_solvers import SolverChoice
@@ -317,10 +317,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     checks.kind("scene", scene, Scene)
     _check_certifiable(scene)
     plan = select(scene, Methods(normal="hertz" if pressure is None else "clarabel"))
-    disc, state = contact_under(scene, plan.potential_contact.known, pressure)
-    scale = disc.scales.pressure
-    shape = (2, *disc.grid.shape)
-    state = replace(state, traction=field_of("traction", traction, shape, scale) / scale)
+    disc, state = contact_under(scene, plan.potential_contact.known, pressure, traction)
     disc = with_implied_fields(disc, state, by_slip=True)
     return certificate_of(disc, state, plan.closed_form)
 

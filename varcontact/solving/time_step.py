@@ -289,7 +289,7 @@ class TimeStepping:
 
     def _beside(self, scene: Scene) -> LoadsBeside | None:
         """Loads beside the contact in the scene of a step."""
-        if scene.loads is self.scene.loads:
+        if scene.loads_as(self.scene):
             return self.disc.loading.beside
         return loads_beside(scene, self.disc.scales.length)
 
