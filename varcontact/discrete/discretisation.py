@@ -18,7 +18,8 @@ from varcontact.discrete.loading import Loading, PreviousStep
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.beside import loads_beside
-from varcontact.elasticity.held import held_medium_on
+from varcontact.elasticity.held import HeldMedium, held_parts
+from varcontact.elasticity.of_scenes import medium_on
 from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.interfaces.interface import BetweenBodies, Fields, Interface, Quantity, Surroundings
@@ -533,7 +534,9 @@ def discretise(scene: Scene, grid: Grid, built: Operators | None = None) -> Disc
     depth = scene.reference_depth
     if depth is not None:
         depth = depth / scales.length
-    medium = held_medium_on(scene, grid, scales.length, depth, scene.speed)
+    medium = medium_on(scene, grid, scales.length, depth, scene.speed)
+    if scene.displacements:
+        medium = HeldMedium(medium, held_parts(scene, scales.length))
     operators = Operators(grid.scaled(scales.length), medium)
     if built == operators:
         operators = built

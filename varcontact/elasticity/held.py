@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.elasticity.by_element import ELEMENTS_MAX, ElementOperator
-from varcontact.elasticity.of_scenes import medium_of, medium_on
+from varcontact.elasticity.of_scenes import medium_of
 from varcontact.elasticity.operators import GridOperator, Homogeneous, Medium
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies, BodyPair, loaded_alone
@@ -178,37 +178,22 @@ class HeldMedium:
         return ElementOperator(free.shape, free.table, numbers)
 
 
-def held_medium_on(
-    scene: Scene, grid: Grid, length: float, depth: float | None, speed: float | None
-) -> Medium:
-    """The medium of a scene on a grid, see `medium_on`, held where displacements are prescribed."""
-    medium = medium_on(scene, grid, length, depth, speed)
-    held = held_parts(scene, length)
-    if held is None:
-        return medium
-    return HeldMedium(medium, held)
-
-
-def held_parts(scene: Scene, length: float) -> HeldParts | None:
-    """The rectangles of a scene whose displacements are prescribed, in units of a length; None
-    without any.
-    """
-    if not scene.displacements:
-        return None
+def held_parts(scene: Scene, length: float) -> HeldParts:
+    """The rectangles of a scene whose displacements are prescribed, in units of a length."""
+    displacements = scene.displacements or ()
     assert isinstance(scene.bodies, Bodies | BodyPair)
     depth = scene.reference_depth
     if depth is not None:
         depth = depth / length
     bodies = []
-    names: list[LoadedBodies] = ["both", *{each.body for each in scene.displacements} - {"both"}]
+    names: list[LoadedBodies] = ["both", *{each.body for each in displacements} - {"both"}]
     for name in names:
         alone = loaded_alone(scene.bodies, name)
         medium = medium_of(alone, length, depth)
         assert isinstance(medium, Homogeneous)
         bodies.append(Yielding(name, medium, scene.bodies.combined_G / alone.combined_G))
     rectangles = [
-        Rectangle(each.grid.scaled(length), each.components, each.body)
-        for each in scene.displacements
+        Rectangle(each.grid.scaled(length), each.components, each.body) for each in displacements
     ]
     return HeldParts(tuple(bodies), tuple(rectangles))
 
@@ -226,11 +211,11 @@ def holding_loads(
     others : sequence of SurfaceLoad
         Further loads, such as the tractions of the contact.
     """
-    held = held_parts(scene, length)
-    if held is None:
+    displacements = scene.displacements
+    if not displacements:
         return ()
+    held = held_parts(scene, length)
     modulus = scene.bodies.combined_G
-    displacements = scene.displacements or ()
     missing = np.concatenate([each.displacement.ravel() for each in displacements]) / length
     # displacements by loads on bodies that are not held count as well
     for load in (*(scene.loads or ()), *others):

@@ -192,15 +192,14 @@ def power_of_held_parts(sol: Solution) -> float:
     By Betti that of tractions on the slip that they give themselves, which vanishes without held
     parts.
     """
-    rolls = 0 if sol.motion is None else sol.motion.rolls
-    if rolls == 0 or not sol.scene.displacements:
+    if sol.motion is None or sol.motion.rolls == 0 or not sol.scene.displacements:
         return 0.0
     disc = discretise(sol.scene, sol.grid)
     stencil = disc.transport.stencil
     ahead = disc.operators.tangential(stencil).apply(sol.traction)
     back = disc.operators.tangential(mirrored(stencil)).apply(sol.traction)
     slip = 0.5 * (ahead - back) / (disc.scales.pressure * unit_slip(disc))
-    return 0.0 - float(rolls * np.sum(sol.traction * slip) * sol.grid.area)
+    return 0.0 - float(sol.motion.rolls * np.sum(sol.traction * slip) * sol.grid.area)
 
 
 @dataclass(frozen=True)

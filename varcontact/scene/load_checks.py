@@ -60,6 +60,17 @@ def _check_displacements(scene: Scene, held: tuple[SurfaceDisplacement, ...]) ->
     if isinstance(scene.grid, Grid) and scene.grid.linear:
         allowed = '"constant" beside prescribed displacements'
         raise SceneError("grid.tractions", scene.grid.tractions, allowed)
+    _check_apart(held)
+    if not isinstance(scene.motion, Transient) or scene.motion.start is None:
+        return
+    others = scene.motion.start.scene.displacements
+    if not _same_places(held, others):
+        allowed = "of a scene whose displacements are prescribed on the same rectangles"
+        raise SceneError("motion.start", others, allowed)
+
+
+def _check_apart(held: tuple[SurfaceDisplacement, ...]) -> None:
+    """No displacement of a body is prescribed twice."""
     for (i, one), (k, other) in combinations(enumerate(held), 2):
         same = set(one.components) & set(other.components)
         apart = {one.body, other.body} == {"upper", "lower"}
@@ -67,10 +78,6 @@ def _check_displacements(scene: Scene, held: tuple[SurfaceDisplacement, ...]) ->
         if same and not apart and one.overlaps(other.grid, everywhere):
             allowed = f"apart from displacements[{i}]: a displacement is prescribed once"
             raise SceneError(f"displacements[{k}]", other, allowed)
-    start = scene.motion.start if isinstance(scene.motion, Transient) else None
-    if start is not None and not _same_places(held, start.scene.displacements):
-        allowed = "of a scene whose displacements are prescribed on the same rectangles"
-        raise SceneError("motion.start", start.scene.displacements, allowed)
 
 
 def _same_places(

@@ -218,7 +218,12 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return bool(self.displacements) or any(load.loaded.any() for load in self.loads or ())
 
     def loads_as(self, other: Scene[Any]) -> bool:
-        """True where loads and displacements beside the contact are those of another scene."""
+        """True where loads and displacements beside the contact are those of another scene.
+
+        Parameters
+        ----------
+        other : Scene
+        """
         return self.loads is other.loads and self.displacements is other.displacements
 
     @property

@@ -112,9 +112,8 @@ class SurfaceDisplacement(
     @property
     def components(self) -> str:
         """Components that are prescribed: "xy", "z" or "xyz"."""
-        tangential = "" if self.tangential is None else "xy"
-        normal = "" if self.normal is None else "z"
-        return tangential + normal
+        names = {"xy": self.tangential, "z": self.normal}
+        return "".join(name for name, given in names.items() if given is not None)
 
     @property
     def grid(self) -> Grid:
@@ -159,7 +158,13 @@ class SurfaceDisplacement(
         return np.array(parts)
 
     def overlaps(self, grid: Grid, elements: np.ndarray) -> bool:
-        """True where it lies on one of some elements (ny, nx) of a grid."""
+        """True where it lies on one of some elements of a grid.
+
+        Parameters
+        ----------
+        grid : Grid
+        elements : ndarray of bool, shape (ny, nx)
+        """
         return overlap(self.grid, np.ones(self._shape, dtype=bool), grid, elements)
 
 
