@@ -95,6 +95,29 @@ def test_order_on_cattaneo_is_one(tractions):
     assert errors[0] < 0.017
 
 
+@pytest.mark.parametrize("tractions", ["constant", "linear"])
+def test_order_on_cattaneos_shift_is_one_and_a_half(tractions):
+    """At 3/4 of what friction carries half of the contact sticks: its edges fall between elements
+    on all grids, as those of the contact do, and leave no noise.
+    """
+    contact = line_contact(1.0, LIKE, force=1e-3)
+    motion = vc.Shift(Fx=-0.75 * 0.3e-3)
+    scene = cylinders(motion, grid=vc.Grid(nx=16, tractions=tractions))
+    study = vc.converge(scene, [16, 32, 48, 64], offsets=1)
+    limit = study.limit("vx")
+    assert limit["order"] == pytest.approx(1.5, abs=0.05)
+    assert 1.3 < limit["order_low"] < limit["order_high"] < 1.7
+    # k f N ((ln(2 d/a) + 1/2) - (c/a)^2 (ln(2 d/c) + 1/2)) below a depth d = 1, k = 2 (1 - nu)/(pi G)
+    a = contact.a
+    exact = (np.log(2 / a) + 0.5) - 0.25 * (np.log(4 / a) + 0.5)
+    exact *= 2 * (1 - LIKE.combined_nu) / (np.pi * LIKE.combined_G) * 0.3e-3
+    assert limit["value"] == pytest.approx(exact, rel=2e-5)
+    # where they fall anywhere, the stick area's own staircase is larger than the errors
+    anywhere = vc.converge(scene, [16, 32, 48, 64], offsets=3).limit("vx")
+    assert anywhere["reason"] == "the noise hides the order"
+    assert anywhere["value"] == pytest.approx(exact, abs=anywhere["error"])
+
+
 @pytest.mark.parametrize("motion", [vc.Shift(ux=1e-4, uy=5e-5), vc.Steady(vx=5e-4), None])
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
 def test_both_courses_have_one_limit(motion, bodies):
