@@ -357,6 +357,8 @@ class Discretisation:
             assert isinstance(self.surface, SampledDistance)
             slip = self.surface.sampled(motion.rigid_slip, self.grid)
             motion = replace(motion, rigid_slip=slip)
+        if motion is self.loading.motion:
+            return self
         return self.with_loading(motion=motion)
 
     def at_approach(self, approach: float) -> Discretisation:
@@ -374,12 +376,13 @@ class Discretisation:
         return replace(held, surface=lowered, distance=lowered.distance(self.grid))
 
     @lazy_property
-    def along_normal(self) -> np.ndarray:
+    def in_normal_force(self) -> np.ndarray | None:
         """Parts of tractions along x and y, and of pressures, along the normal of the plane, (3,
-        ny, nx): conformal.
+        ny, nx); None where pressures alone act along it.
         """
         frames = frames_of(self.surface, self.grid)
-        assert frames is not None
+        if frames is None:
+            return None
         return frames[2]
 
     def excess_force(self, traction: np.ndarray, pressure: np.ndarray) -> float:
@@ -387,7 +390,8 @@ class Discretisation:
         less 1.
         """
         assert self.loading.normal_force is not None
-        force = float(np.sum(self.along_normal * [*traction, pressure])) * self.lattice.area
+        assert self.in_normal_force is not None
+        force = float(np.sum(self.in_normal_force * [*traction, pressure])) * self.lattice.area
         return force * self.scales.force / self.loading.normal_force - 1
 
     def at_step(self, scene: Scene, previous_step: PreviousStep | None = None) -> Discretisation:

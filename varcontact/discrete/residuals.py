@@ -107,7 +107,9 @@ def relative(value: float, scale: float) -> float:
 
 def worst(*values: float) -> float:
     """The largest, and NaN where one is: so that NaN never passes for a small residual."""
-    return float(np.max(values))
+    if any(map(math.isnan, values)):
+        return math.nan
+    return float(max(values))
 
 
 def normal_residual(

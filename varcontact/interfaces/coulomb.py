@@ -71,4 +71,4 @@ class BoundByPressure(Interface):
 def friction_bound(coefficient: float | np.ndarray, pressure: np.ndarray) -> np.ndarray:
     """The traction bound of a coefficient under a pressure (ny, nx)."""
     with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-        return np.broadcast_to(np.asarray(coefficient), pressure.shape) * np.maximum(pressure, 0.0)
+        return np.asarray(coefficient * np.maximum(pressure, 0.0))

@@ -20,7 +20,7 @@ KINDS: tuple[tuple[Callable[[BetweenBodies], bool], type[Any]], ...] = (
     (lambda given: isinstance(given.friction, Law), FrictionLaw),
     (lambda given: isinstance(given.friction, FrictionBound), BoundByPressure),
     (
-        lambda given: given.scene.third_body is not None and given.scene.third_body.yields,
+        lambda given: given.scene.flows,
         YieldingLayer,
     ),
 )

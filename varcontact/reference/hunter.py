@@ -87,9 +87,9 @@ def hunter(
     nu = checks.poisson_ratio("nu", nu)
     f = checks.positive("part", part)
     length = checks.positive("relaxation_length", relaxation_length)
-    relaxed = (1 + f) * a / length
+    half_width = (1 + f) * a / length
     ratio = float(kve(1, a / length) / kve(0, a / length))
-    bessel = float(ive(1, relaxed) / (ive(1, relaxed) + ive(0, relaxed) * ratio))
+    bessel = float(ive(1, half_width) / (ive(1, half_width) + ive(0, half_width) * ratio))
     centre = length * f / (1 + f) * bessel
     compliance = 2 * (1 - nu) / G * R
     force = math.pi * (a * a / 2 + centre * a * ratio) / (compliance * (1 + f))

@@ -175,12 +175,9 @@ def rolling_resistance(sol: Solution) -> float:
     if not disc.mirrors:
         rolling_back = disc.operators.pressure_to_shift(mirrored(steady.stencil))
         twice = operator.apply(pressure) - rolling_back.apply(pressure)
-    elif sol.scene.conformal:  # across x
+    else:  # across x
         backward = operator.apply(pressure[..., ::-1])[..., ::-1]
         twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * backward
-    else:  # through the centre
-        backward = operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
-        twice = operator.apply(pressure) + backward
     slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
     return 0.0 - float(rolls * np.sum(sol.traction * slip) * sol.grid.area)
 

@@ -40,16 +40,12 @@ def headline(sol: Solution) -> str:
     kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
     bodies = "quasi-identical bodies"
     if sol.scene.coupled:
-        bodies = f"{_difference_of_bodies(sol)} bodies ({sol.scene.difference})"
+        bodies = f"{sol.scene.kind_of_bodies} bodies ({sol.scene.difference})"
     size = f"{sol.grid.nx} x {sol.grid.ny}"
     if sol.grid.line:
         size = f"line contact, {sol.grid.nx}"
     state = "" if sol.converged else ": NOT CONVERGED"
     return f"{kind} of {bodies}, {size} elements{state}"
-
-
-def _difference_of_bodies(sol: Solution) -> str:
-    return "conformal" if sol.scene.conformal else "unlike"
 
 
 def _contact_elements(sol: Solution) -> str:
@@ -184,9 +180,8 @@ def _work(sol: Solution) -> Rows:
     supplied = f"{power:.5g}{unit}"
     if np.isnan(power):
         supplied = "undefined (no reference depth)"
-    layer = sol.scene.third_body
     sink = "friction"
-    if layer is not None and layer.yields:
+    if sol.scene.flows:
         sink += " and flow of the third body"
     rows = [("work", f"{supplied} supplied, {dissipated:.5g}{unit} dissipated by {sink}{distance}")]
     if sol.scene.bodies.relaxes and isinstance(sol.motion, Steady):
@@ -291,7 +286,7 @@ def _no_estimate(sol: Solution) -> str:
         return f"{theory} is an approximate theory, whose error does not fall with the elements"
     if sol.scene.no_slip:
         return "errors are relative to the friction limit, which is infinite"
-    if sol.scene.third_body is not None:
+    if not sol.scene.bare:
         return (
             "the certificate holds for this grid; "
             "solve on another to see how the answer depends on it"
@@ -316,7 +311,7 @@ def no_guarantee(sol: Solution) -> str:
     if np.any(np.isnan(bound)):
         return "the values exceed the range of floating-point numbers"
     if sol.scene.coupled:
-        bodies = _difference_of_bodies(sol)
+        bodies = sol.scene.kind_of_bodies
         return f"the bodies are {bodies}, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
         variable = _variable_of_law(sol.scene.friction)

@@ -420,6 +420,15 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return kinds.pop()
 
     @property
+    def kind_of_bodies(self) -> str:
+        """The kind of the pair of bodies: "quasi-identical", "unlike" or "conformal"."""
+        if self.conformal:
+            return "conformal"
+        if self.coupled:
+            return "unlike"
+        return "quasi-identical"
+
+    @property
     def under_law(self) -> bool:
         """True where the coefficient of friction follows a law, in some step of a history."""
         return any(isinstance(f, Law) for f in self.frictions)
@@ -428,6 +437,16 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     def warm(self) -> bool:
         """True where friction depends on the temperature of the surfaces."""
         return any(isinstance(f, Law) and f.warm for f in self.frictions)
+
+    @property
+    def bare(self) -> bool:
+        """True where nothing but friction acts between the bodies: no layer that shears."""
+        return self.third_body is None
+
+    @property
+    def flows(self) -> bool:
+        """True where what lies between the bodies flows below the friction bound."""
+        return self.third_body is not None and self.third_body.yields
 
     @property
     def hardens(self) -> bool:

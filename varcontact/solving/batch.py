@@ -201,7 +201,7 @@ def fits(scene: Scene) -> bool:
     """True if a scene, on a grid, is of the kind that batches solve."""
     if type(scene.surface) not in (Ellipse, Paraboloids, Cylinders):
         return False
-    if type(scene.bodies) is not Bodies or scene.bodies.coupled or scene.third_body is not None:
+    if type(scene.bodies) is not Bodies or scene.bodies.coupled or not scene.bare:
         return False
     if scene.loaded or scene.own_grid.linear or not _friction_fits(scene.friction):
         return False

@@ -233,8 +233,7 @@ def coupled_newton(
     """Pressure and tractions by one Newton's method, from tractions under a pressure; as they were
     where it fails.
 
-    In conformal contact they bear the normal force along the normal of the plane, and the approach
-    is then given.
+    Where tractions bear a part of the normal force, the approach is then given.
     """
     from varcontact.solvers.newton.coupled import newton_coupled
 
@@ -243,7 +242,8 @@ def coupled_newton(
         return disc, state
     directions = list(tangential.directions)
     force_prescribed = disc.loading.normal_force is not None
-    along_normal = _along_normal(disc)
+    in_normal_force = _in_normal_force(disc)
+    mixed = in_normal_force is not None
 
     def state_of(raw: RawSolution) -> ContactState:
         traction = np.zeros((2, *disc.grid.shape))
@@ -257,13 +257,13 @@ def coupled_newton(
 
     def residual(raw: RawSolution) -> float:
         iterate = state_of(raw)
-        if not along_normal:
+        if not mixed:
             return max(residuals(disc, iterate))
         excess = disc.excess_force(iterate.traction, iterate.pressure)
         return max(*residuals(disc.at_approach(iterate.approach), iterate), abs(excess))
 
     # pressure and tractions together, from those of the state
-    problem = _coupled_problem(disc, tangential, state.approach, along_normal)
+    problem = _coupled_problem(disc, tangential, state.approach, in_normal_force)
     level = -state.approach if force_prescribed else 0.0
     fields = np.concatenate([state.pressure[None], state.traction[directions]])
     start = RawSolution(fields, np.concatenate([[level], state.rigid[directions]]), 0, "start")
@@ -275,23 +275,29 @@ def coupled_newton(
     iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
     better = raw.finite and bool(np.any(raw.traction[0]))
     if better and not raw.solved:
-        better = not along_normal and residual(raw) < max(residuals(disc, state))
+        better = not mixed and residual(raw) < max(residuals(disc, state))
     if not better:
         return disc, replace(state, iterations=iterations)
     state = replace(state_of(raw), iterations=iterations)
-    if along_normal:
+    if mixed:
         disc = disc.at_approach(state.approach)
     return disc, state
 
 
-def _along_normal(disc: Discretisation) -> bool:
-    """True if the force along the normal of the plane is prescribed in conformal contact."""
-    prescribed = disc.loading.normal_force is not None
-    return prescribed and disc.conformal and not disc.sought(by_slip=True)
+def _in_normal_force(disc: Discretisation) -> np.ndarray | None:
+    """Parts of tractions and pressures in a prescribed normal force, (3, ny, nx); None where
+    pressures alone bear it, or with fields that follow from slip.
+    """
+    if disc.loading.normal_force is None or disc.sought(by_slip=True):
+        return None
+    return disc.in_normal_force
 
 
 def _coupled_problem(
-    disc: Discretisation, tangential: TangentialProblem, approach: float, along_normal: bool
+    disc: Discretisation,
+    tangential: TangentialProblem,
+    approach: float,
+    in_normal_force: np.ndarray | None,
 ) -> CoupledProblem:
     """The problem of pressure and tractions in the directions of the tangential problem, at the
     approach where no force is prescribed.
@@ -300,6 +306,8 @@ def _coupled_problem(
 
     directions = tangential.directions
     operators = disc.operators
+    if in_normal_force is not None:
+        in_normal_force = in_normal_force[[2, *directions]]
     normal_force = None
     if disc.loading.normal_force is not None:
         normal_force = disc.loading.normal_force / disc.scales.force
@@ -318,5 +326,5 @@ def _coupled_problem(
         area=disc.lattice.area,
         approach=approach if normal_force is None else None,
         force=(normal_force, *tangential.force),
-        along_normal=disc.along_normal[[2, *directions]] if along_normal else None,
+        in_normal_force=in_normal_force,
     )

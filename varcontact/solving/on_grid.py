@@ -548,6 +548,8 @@ def _residual_of_plan(
 
 def _with_reasons_of(state: ContactState, plan: Plan) -> Plan:
     """The plan with the reasons for solvers that took over."""
+    if not any(state.reasons.values()):
+        return plan
     reasons = {
         problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why
     }

@@ -72,13 +72,13 @@ def _formulation_name(field: str, name: Any) -> str:
 
 def _method_name(field: str, name: Any) -> str:
     """A name of a method; where it is one of something else, say of what."""
-    arguments = {
-        "tangential": [*registry.tangential_methods(), *THEORIES],
-        "normal": registry.normal_methods(),
-        "coupling": COUPLINGS,
-        "formulation": FORMULATIONS,
-    }
     if isinstance(name, str) and name not in METHODS:
+        arguments = {
+            "tangential": [*registry.tangential_methods(), *THEORIES],
+            "normal": registry.normal_methods(),
+            "coupling": COUPLINGS,
+            "formulation": FORMULATIONS,
+        }
         meant = [f'{argument}="{name}"' for argument, names in arguments.items() if name in names]
         if meant:
             allowed = f"one of {', '.join(METHODS)}; did you mean {' or '.join(meant)}?"
@@ -260,7 +260,7 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
     reasons = {"method": PRESETS[methods.method].why}
     normal, reasons["normal"] = _normal(scene, methods, preset)
     tangential, reasons["tangential"] = _tangential(scene, methods.tangential, preset)
-    plan = Plan(normal, tangential, "none", method=methods.method, bodies=_kind_of_bodies(scene))
+    plan = Plan(normal, tangential, "none", method=methods.method, bodies=scene.kind_of_bodies)
     loop, reasons["coupling"] = _coupling(scene, methods, plan)
     programs, reasons["formulation"] = _formulations(scene, plan)
     plan = replace(plan, coupling=loop, formulation=programs[0])
@@ -285,12 +285,6 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
         special=tuple(special),
         grid=grid,
     )
-
-
-def _kind_of_bodies(scene: Scene) -> str:
-    if scene.conformal:
-        return "conformal"
-    return "unlike" if scene.coupled else "quasi-identical"
 
 
 def _kind_of_surface(scene: Scene) -> str:
@@ -495,7 +489,7 @@ def _why_not_coupled_newton(scene: Scene, requested: Methods, plan: Plan) -> str
         return "infinite friction has no traction bound that follows the pressure"
     if any(isinstance(friction, FrictionBound) for friction in scene.frictions):
         return "the traction bound is no coefficient times the pressure"
-    if scene.third_body is not None and scene.third_body.yields:
+    if scene.flows:
         return "the yield stress of a third body does not follow the pressure"
     if requested.formulation == "marching" and isinstance(scene.motion, Steady):
         return "a march solves its steps in turn"

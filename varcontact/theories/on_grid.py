@@ -62,7 +62,7 @@ def _why_not_contact(scene: Scene) -> str:
     """Reason for all theories: bodies and surface."""
     if not isinstance(scene.bodies, Bodies):
         return "it is for half-spaces, and the bodies are none"
-    if scene.third_body is not None:
+    if not scene.bare:
         return "it is for bodies that touch, and there is a third body"
     if scene.loaded:
         return "it is for bodies without loads beside the contact"

@@ -62,7 +62,7 @@ class BearingHeight:
         self._tells_power = same_grids
         self._power = 1.0
         # where tractions bear a part, they are solved for near the height
-        self._mixed = case.with_friction or case.bodies.K != 0 or case.conformal is True
+        self._mixed = case.tractions_bear_load
         self._enough = tol
         if self._mixed:
             self._enough = MISSING if known else FIRST_MISSING

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 
@@ -338,6 +338,23 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             scene=scene,
             seams=seams,
         )
+
+    @property
+    def tractions_bear_load(self) -> bool:
+        """True where tractions bear a part of the vertical force, or change the pressures."""
+        return self.with_friction or self.bodies.K != 0 or self.conformal is True
+
+    def on_curved_surface(self) -> Self:
+        """The same wheel, whose contact is on a curved surface."""
+        return replace(self, conformal=True)
+
+    def with_surface_of(self, before: WheelGeometry) -> Self:
+        """The same wheel on a plane or a curved surface as the wheel `before`, where it is left
+        open.
+        """
+        if self.conformal != "auto":
+            return self
+        return replace(self, conformal=before.conformal is True)
 
     def check_bare(self) -> None:
         """Refuse what lies between wheel and rail where theories have none."""

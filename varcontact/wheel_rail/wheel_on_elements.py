@@ -134,7 +134,7 @@ class WheelOnElements:
 
     def curved(self) -> WheelOnElements:
         """The same wheel on a curved surface."""
-        return WheelOnElements(replace(self._case, conformal=True), self._tol, self._methods)
+        return WheelOnElements(self._case.on_curved_surface(), self._tol, self._methods)
 
     @property
     def operators(self) -> list[Operators]:

@@ -55,8 +55,8 @@ class _Exact:
         before = self._last.get(wheel.side)
         wheel = replace(wheel, **self._entries)
         # curved or plane is chosen once: forces jump where that changes
-        if before is not None and wheel.conformal == "auto":
-            wheel = replace(wheel, conformal=before.case.conformal is True)
+        if before is not None:
+            wheel = wheel.with_surface_of(before.case)
         methods = self._methods
         # grids that are chosen for an accuracy start afresh
         if wheel.dx is not None or wheel.dy is not None:

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import tangential_residual
 from varcontact.interfaces.potential import magnitude, project
 from varcontact.solvers.interface import (
     Settings,
@@ -23,7 +24,6 @@ from varcontact.solvers.interface import (
     check_time,
     counted,
     ignored,
-    natural_residual,
 )
 from varcontact.solvers.trace import Follower
 from varcontact.system.process import interruptible
@@ -53,6 +53,43 @@ STEP_PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)
 
 
 @dataclass(frozen=True, eq=False)
+class PointOnAreas:
+    """A point with its stick and slip areas, about which Newton's equations are linearised."""
+
+    problem: TangentialProblem
+    at: RawSolution
+    sticks: np.ndarray
+    # the slip elements, whose traction turns; none where there is but one component
+    turning: np.ndarray
+    # unit vectors across the tractions of these (c, t)
+    across: np.ndarray
+    # E (c, n)
+    shift: np.ndarray
+
+    @classmethod
+    def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> PointOnAreas:
+        turning = np.flatnonzero(~sticks & (problem.components > 1))
+        across = at.traction[::-1, turning] / problem.bound[turning]
+        across[0] *= -1
+        return cls(problem, at, sticks, turning, across, shift_of(problem, at))
+
+    def moved(self, step: np.ndarray, part: float = 1.0) -> RawSolution:
+        """A part of a step, turning the slip tractions on their bound."""
+        problem = self.problem
+        T = self.turning
+        traction = self.at.traction.copy()
+        rigid = self.at.rigid.copy()
+        step = part * step
+        end = step.size - len(problem.free)
+        angle = step[end - T.size : end]
+        traction[:, self.sticks] += step[: end - T.size].reshape(problem.components, -1)
+        turned = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * self.across
+        traction[:, T] = turned
+        rigid[problem.free] += step[end:]
+        return RawSolution(traction, rigid)
+
+
+@dataclass(frozen=True, eq=False)
 class Equations:
     """Newton's equations for given areas, factored: good for steps from other points nearby.
 
@@ -61,73 +98,60 @@ class Equations:
     shifts.
     """
 
-    problem: TangentialProblem
     sticks: np.ndarray
     factors: tuple[np.ndarray, np.ndarray] | None
 
     @classmethod
-    def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> Equations:
+    def of(cls, point: PointOnAreas) -> Equations:
         """Equations at a point; without factors where they are singular."""
         from scipy.linalg.lapack import dgetrf
 
-        jacobian = _jacobian(problem, sticks, at)
+        jacobian = _jacobian(point)
         if not len(jacobian):
-            return cls(problem, sticks, None)
+            return cls(point.sticks, None)
         factors, swaps, singular = interruptible(
             lambda: dgetrf(jacobian.T, overwrite_a=True), len(jacobian)
         )
-        return cls(problem, sticks, None if singular else (factors, swaps))
+        return cls(point.sticks, None if singular else (factors, swaps))
 
-    def step(self, at: RawSolution, turn: float = math.inf) -> np.ndarray:
+    def step(self, point: PointOnAreas, turn: float = math.inf) -> np.ndarray:
         """Changes of the stick tractions, of the directions of those that turn, no more than
         `turn`, of rigid shifts.
 
-        None where the equations are singular.
+        Zero where the equations are singular.
         """
         from scipy.linalg.lapack import dgetrs
 
-        problem = self.problem
-        T, across = turns(problem, self.sticks, at)
-        shift = shift_of(problem, at)
+        problem = point.problem
+        T = point.turning
+        shift = point.shift
         forces = [F / problem.area for F in problem.force if F is not None]
-        lacking = np.array(forces) - at.traction[problem.free].sum(axis=1)
+        lacking = np.array(forces) - point.at.traction[problem.free].sum(axis=1)
         if problem.potential.flow is not None:
-            shift = shift + flow_of(problem, at)[0]
-        error = np.concatenate(
-            [shift[:, self.sticks].ravel(), np.sum(across * shift[:, T], axis=0), -lacking]
-        )
+            shift = shift + flow_of(problem, point.at)[0]
+        turned = np.sum(point.across * shift[:, T], axis=0)
+        error = np.concatenate([shift[:, point.sticks].ravel(), turned, -lacking])
         if self.factors is None:
             return np.zeros(error.size)
         step, _ = dgetrs(*self.factors, -error, trans=1)
         angles = step[error.size - lacking.size - T.size : error.size - lacking.size]
-        angles[...] = np.clip(angles, -turn, turn)
+        if math.isfinite(turn):
+            np.minimum(np.maximum(angles, -turn), turn, out=angles)
         return np.asarray(step)
 
-    def moved(self, at: RawSolution, step: np.ndarray, part: float = 1.0) -> RawSolution:
-        """A part of a step, turning the slip tractions on their bound."""
-        problem = self.problem
-        T, across = turns(problem, self.sticks, at)
-        traction = at.traction.copy()
-        rigid = at.rigid.copy()
-        end = step.size - len(problem.free)
-        stick, angle, shifts = np.split(part * step, [end - T.size, end])
-        traction[:, self.sticks] += stick.reshape(problem.components, -1)
-        traction[:, T] = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * across
-        rigid[problem.free] += shifts
-        return RawSolution(traction, rigid)
 
-
-def _jacobian(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> np.ndarray:
+def _jacobian(point: PointOnAreas) -> np.ndarray:
     """Matrix of Newton's equations: rows of the stick area, of the slip area, of the forces."""
+    problem = point.problem
     n = problem.size
     c = problem.components
     free = problem.free
     matrix = problem.operator.matrix
-    H = np.flatnonzero(sticks)
-    T, across = turns(problem, sticks, at)
+    H = np.flatnonzero(point.sticks)
+    T = point.turning
+    across = point.across
     h = H.size
     g = problem.bound[T]
-    shift = shift_of(problem, at)
     k = c * h + T.size
     first_rows = n * np.arange(c)[:, None]
     stuck = (first_rows + H).ravel()
@@ -140,14 +164,14 @@ def _jacobian(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -
     # by the stick tractions, with what flows within the bound
     jacobian[:k, : c * h] = rows.take(stuck, axis=1)
     if problem.potential.flow is not None:
-        _, along, direction = flow_of(problem, at)
+        _, along, direction = flow_of(problem, point.at)
         for i, j in np.ndindex(c, c):
             block = along[1] * (i == j) + (along[0] - along[1]) * direction[i] * direction[j]
             jacobian[i * h + np.arange(h), j * h + np.arange(h)] += block[H]
     # by the directions of the slip tractions
     jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
     slip_rows = np.arange(c * h, k)
-    jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
+    jacobian[slip_rows, slip_rows] += magnitude(point.shift[:, T])
     # by the rigid shifts that are unknown, and the sums of tractions that are prescribed
     for i, component in enumerate(free):
         part = slice(component * h, (component + 1) * h)
@@ -181,18 +205,6 @@ def flow_of(
     missing = at.traction - image
     turned = across * missing + (along - across) * np.sum(direction * missing, axis=0) * direction
     return flow.shift(image) + turned, (along, across), direction
-
-
-def turns(
-    problem: TangentialProblem, sticks: np.ndarray, at: RawSolution
-) -> tuple[np.ndarray, np.ndarray]:
-    """The slip elements, whose traction turns, and unit vectors across it; none where there is but
-    one component.
-    """
-    T = np.flatnonzero(~sticks & (problem.components > 1))
-    across = at.traction[::-1, T] / problem.bound[T]
-    across[0] *= -1
-    return T, across
 
 
 def tang(
@@ -339,9 +351,9 @@ def no_slip(problem: TangentialProblem) -> RawSolution:
     """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite
     friction).
     """
-    at = _unloaded(problem)
-    equations = Equations.of(problem, np.ones(problem.size, dtype=bool), at)
-    return replace(equations.moved(at, equations.step(at)), iterations=1, status="Solved")
+    point = PointOnAreas.of(problem, np.ones(problem.size, dtype=bool), _unloaded(problem))
+    step = Equations.of(point).step(point)
+    return replace(point.moved(step), iterations=1, status="Solved")
 
 
 def _unloaded(problem: TangentialProblem) -> RawSolution:
@@ -364,7 +376,7 @@ def _on_bound(
     """The tractions with those of the slip area on the bound, in the directions of `towards`."""
     size = magnitude(towards)
     on_bound = towards / np.where(size > 0, size, 1.0) * problem.bound
-    return replace(at, traction=np.where(sticks, at.traction, on_bound))
+    return RawSolution(np.where(sticks, at.traction, on_bound), at.rigid)
 
 
 def _on_areas(
@@ -372,6 +384,7 @@ def _on_areas(
 ) -> tuple[RawSolution, int, bool]:
     """Newton's method on given areas (the paper's point 3), its steps, and whether it converged."""
     at = _on_bound(problem, sticks, at, at.traction)
+    point = PointOnAreas.of(problem, sticks, at)
     scale = max(
         float(np.abs(problem.rigid_shift).max()),
         1e-3 * problem.operator.diagonal * float(problem.bound.max()),
@@ -383,11 +396,10 @@ def _on_areas(
         check_time(deadline)
         count += 1
         previous_error = error
-        equations = Equations.of(problem, sticks, at)
-        at = equations.moved(at, equations.step(at))
-        T, across = turns(problem, sticks, at)
-        shift = shift_of(problem, at) + problem.potential.flowed(at.traction)
-        turned = np.sum(across * shift[:, T], axis=0)
+        at = point.moved(Equations.of(point).step(point))
+        point = PointOnAreas.of(problem, sticks, at)
+        shift = point.shift + problem.potential.flowed(at.traction)
+        turned = np.sum(point.across * shift[:, point.turning], axis=0)
         largest = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0))
         error = largest / scale
     return at, count, bool(error < max(tol, NEWTON_ROUNDING))
@@ -400,7 +412,7 @@ def _descend(
     falls.
     """
     best = _admissible(problem, at)
-    residual = natural_residual(problem, best)
+    residual = _residual(problem, best)
     follow = settings.stats.follow(problem)
     follow(best)
     iterate = _Iterate.of(problem, at)
@@ -418,15 +430,16 @@ def _descend(
         # areas anew, and Newton's equations unless the last ones still serve
         sticks = ~problem.potential.slips(iterate.trial, problem.operator.row_size)
         begin = _on_bound(problem, sticks, iterate.at, iterate.trial)
+        point = PointOnAreas.of(problem, sticks, begin)
         if equations is None or not reusable or (sticks != equations.sticks).any():
-            equations = Equations.of(problem, sticks, begin)
+            equations = Equations.of(point)
         # a step, shortened until the merit falls
         previous_merit = iterate.merit
-        iterate = _line_search(equations, begin, iterate)
+        iterate = _line_search(point, equations.step(point, turn=2.0), iterate)
         reusable = iterate.merit < REUSE_RATIO * previous_merit
         # the best answer so far, and steps without gain
         admissible = _admissible(problem, iterate.at)
-        new_residual = natural_residual(problem, admissible)
+        new_residual = _residual(problem, admissible)
         follow(admissible)
         if new_residual < residual:
             best = admissible
@@ -457,19 +470,23 @@ class _Iterate:
         return cls(at, trial, float(np.linalg.norm(at.traction - image)))
 
 
-def _line_search(equations: Equations, begin: RawSolution, iterate: _Iterate) -> _Iterate:
+def _line_search(point: PointOnAreas, step: np.ndarray, iterate: _Iterate) -> _Iterate:
     """The first part of a Newton step that lowers the merit enough, or the best of all."""
-    step = equations.step(begin, turn=2.0)
-    best = replace(iterate, merit=np.inf)
+    best = _Iterate(iterate.at, iterate.trial, np.inf)
     for part in STEP_PARTS:
         # where all slips, a step for the force has no end
         with np.errstate(over="ignore", invalid="ignore"):
-            candidate = _Iterate.of(equations.problem, equations.moved(begin, step, part))
+            candidate = _Iterate.of(point.problem, point.moved(step, part))
         if candidate.merit < best.merit:
             best = candidate
         if best.merit < (1 - 0.1 * part) * iterate.merit:
             break
     return best
+
+
+def _residual(problem: TangentialProblem, at: RawSolution) -> float:
+    """The natural map's residual, with E by the dense matrix."""
+    return tangential_residual(problem, at.traction, at.rigid, shift_of(problem, at))
 
 
 def _admissible(problem: TangentialProblem, at: RawSolution) -> RawSolution:

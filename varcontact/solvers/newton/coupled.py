@@ -47,7 +47,7 @@ class CoupledProblem:
     # prescribed ``area * sum(p)`` by field, the normal one where the approach is not
     force: tuple[float | None, ...]
     # (1 + c, ny, nx) parts of the fields in the normal force, if not p_z alone
-    along_normal: np.ndarray | None = None
+    in_normal_force: np.ndarray | None = None
 
     def shift(self, traction: np.ndarray) -> np.ndarray:
         """The shifts E (1 + c, ny, nx) without the unknown rigid ones, in double precision."""
@@ -177,7 +177,7 @@ class ScaledCoupled(Problem[CoupledConditions]):
         weight = 1 / np.sqrt(problem.distance.size)
         free = [i for i, force in enumerate(problem.force) if force is not None]
         sums = np.array([(problem.force[i] or 0.0) / (problem.area * load[i, 0, 0]) for i in free])
-        shares = problem.along_normal
+        shares = problem.in_normal_force
         if shares is not None:
             shares = shares * load / load[0]
         split = 1 if 0 in free else 0
