@@ -32,7 +32,7 @@ import varcontact as vc
 from tests import random_scenes
 from tests.fuzz import scenes as fuzz_scenes
 from varcontact.solvers.registry import normal_methods, tangential_methods
-from varcontact.solving import options, selection
+from varcontact.solving import methods, options
 from varcontact.theories.on_grid import THEORIES
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -112,9 +112,9 @@ def variants() -> Cases:
         for name, choices in {
             "normal": ("auto", *normal_methods()),
             "tangential": ("auto", *tangential_methods(), *THEORIES),
-            "coupling": typing.get_args(selection.CouplingName),
-            "formulation": typing.get_args(selection.FormulationName),
-            "method": typing.get_args(selection.MethodName),
+            "coupling": typing.get_args(methods.CouplingName),
+            "formulation": typing.get_args(methods.FormulationName),
+            "method": typing.get_args(methods.MethodName),
             "certify": typing.get_args(options.CertifyName),
         }.items():
             for choice in choices:

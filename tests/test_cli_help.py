@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import varcontact as vc
 from varcontact.cli import app
 from varcontact.solvers.registry import normal_methods, tangential_methods
-from varcontact.solving.selection import COUPLINGS, FORMULATIONS, METHODS
+from varcontact.solving.methods import COUPLINGS, FORMULATIONS, METHODS
 from varcontact.theories.on_grid import THEORIES
 
 METHODS_PAGE = (Path(__file__).parents[1] / "docs/methods.md").read_text()

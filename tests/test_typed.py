@@ -7,7 +7,8 @@ import pytest
 import varcontact as vc
 from tests import typed
 from tests.scenes import make_scene, refused
-from varcontact.solving.selection import METHODS, PRESETS
+from varcontact.solving.methods import METHODS
+from varcontact.solving.selection import PRESETS
 
 
 def test_results_are_of_the_types_that_are_promised():

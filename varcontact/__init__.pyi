@@ -59,10 +59,10 @@ from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.transient import Transient
 from .scene.units import MM_N, SI, Units
 from .solving.friction_problem import FrictionProblem, friction_problem
+from .solving.methods import Methods
 from .solving.own_solvers import register_solver
 from .solving.plan_report import plan
 from .solving.program import Program, program
-from .solving.selection import Methods
 from .solving.solve import certify, solve
 from .solving.verify import load
 from .study.compare import Comparison, compare

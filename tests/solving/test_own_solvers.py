@@ -25,7 +25,7 @@ from varcontact.errors import NotConverged, SceneError, SolverUnavailable
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import SOLVERS, normal_methods, solver
 from varcontact.solving import own_solvers
-from varcontact.solving.selection import METHODS
+from varcontact.solving.methods import METHODS
 
 ROOT = Path(__file__).parents[2]
 GRID = vc.Grid(nx=8, ny=8)

@@ -18,8 +18,8 @@ from varcontact.io.scene_toml import PLACES, SOLVE_KEYS
 from varcontact.scene.friction_laws import LAWS
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.methods import Methods
 from varcontact.solving.options import Options
-from varcontact.solving.selection import Methods
 from varcontact.wheel_rail.case_file import MOVING, PROFILED, READ, SIDES, VARYING
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.wear_laws import Archard

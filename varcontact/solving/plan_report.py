@@ -22,18 +22,11 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import Kind
+from varcontact.solving.methods import CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.own_solvers import SolverChoice
 from varcontact.solving.pipeline import check_memory, peak
-from varcontact.solving.selection import (
-    PRESETS,
-    CouplingName,
-    FormulationName,
-    MethodName,
-    Methods,
-    own_image,
-    select,
-    tangential_unknowns,
-)
+from varcontact.solving.problem_size import own_image, tangential_unknowns
+from varcontact.solving.selection import PRESETS, select
 
 SECONDS = {"products": (1.2e-5, 1.0), "active sets": (1.2e-9, 3.0), "program": (2e-8, 3.0)}
 """Seconds of one solve on one core, ``factor n^exponent`` with n elements: of their order, by kind

@@ -44,9 +44,10 @@ from varcontact.solvers.conic.programs import (
 from varcontact.solvers.interface import SolveStats
 from varcontact.solvers.registry import SolverSpec, solver_spec
 from varcontact.solving.given_pressure import check_placed, contact_under, without_friction
+from varcontact.solving.methods import Methods
 from varcontact.solving.options import TOLERANCE
 from varcontact.solving.pipeline import check_memory
-from varcontact.solving.selection import Methods, select, why_not_hertz
+from varcontact.solving.selection import select, why_not_hertz
 from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.theories.on_grid import THEORIES
 

@@ -1,17 +1,13 @@
-"""The methods that a user names, and the choice behind "auto": which a scene is solved by, and why;
-what they need in memory.
-"""
+"""The choice behind "auto": the methods that a scene is solved by, and why; refusals of others."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
-from typing import Any, Literal, get_args
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from varcontact.checks import Checked, choice, kind
+from varcontact.checks import kind
 from varcontact.discrete.contact_grid import PotentialContact, check_loads
 from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
@@ -19,7 +15,6 @@ from varcontact.results.plan import Plan
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import why_centres
 from varcontact.scene.friction import FrictionBound
-from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
@@ -27,156 +22,9 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solvers import registry
 from varcontact.solvers.registry import Kind, SolverSpec, matrix_free, solver_spec, states_program
-from varcontact.solving.own_solvers import solver_name
-from varcontact.solving.pipeline import check_memory
+from varcontact.solving.methods import AUTO, Methods
+from varcontact.solving.problem_size import elements_in_contact, one_direction, own_image
 from varcontact.theories.on_grid import THEORIES, why_not
-
-CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton"]
-"""Loops around both problems."""
-FormulationName = Literal["auto", "complementary", "potential", "gap", "marching"]
-"""Formulations of the programs."""
-MethodName = Literal["auto", "convex", "conic", "active-set", "kalker"]
-"""Overall methods."""
-COUPLINGS: tuple[str, ...] = get_args(CouplingName)
-FORMULATIONS: tuple[str, ...] = get_args(FormulationName)
-METHODS: tuple[str, ...] = get_args(MethodName)
-
-
-def _word(field: str, name: Any) -> str:
-    if not isinstance(name, str):
-        raise SceneError(field, name, "the name of a method")
-    return name
-
-
-def _normal_name(field: str, method: Any) -> str:
-    """The name of a solver of pressures; whether there is one is judged with the scene."""
-    if isinstance(method, str) and method == "auto":
-        return method
-    return _word(field, solver_name("normal", method))
-
-
-def _tangential_name(field: str, method: Any) -> str:
-    """The same of tractions."""
-    if isinstance(method, str) and method == "auto":
-        return method
-    return _word(field, solver_name("tangential", method))
-
-
-def _coupling_name(field: str, name: Any) -> str:
-    return choice(field, _word(field, name), COUPLINGS)
-
-
-def _formulation_name(field: str, name: Any) -> str:
-    return choice(field, _word(field, name), FORMULATIONS)
-
-
-def _method_name(field: str, name: Any) -> str:
-    """A name of a method; where it is one of something else, say of what."""
-    if isinstance(name, str) and name not in METHODS:
-        arguments = {
-            "tangential": [*registry.tangential_methods(), *THEORIES],
-            "normal": registry.normal_methods(),
-            "coupling": COUPLINGS,
-            "formulation": FORMULATIONS,
-        }
-        meant = [f'{argument}="{name}"' for argument, names in arguments.items() if name in names]
-        if meant:
-            allowed = f"one of {', '.join(METHODS)}; did you mean {' or '.join(meant)}?"
-            raise SceneError(field, name, allowed)
-    return choice(field, name, METHODS)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Methods(
-    Checked,
-    normal=_normal_name,
-    tangential=_tangential_name,
-    method=_method_name,
-    coupling=_coupling_name,
-    formulation=_formulation_name,
-):
-    """Names of the methods that a scene is solved by, as `solve` takes them one by one; "auto"
-    leaves the choice.
-
-    Parameters
-    ----------
-    normal, tangential : str
-        Solvers of the two problems, or a theory, see docs/methods.md; or a function, as
-        `register_solver` takes it, which becomes its name.
-    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
-        Coupling of the two problems where the bodies differ.
-    formulation : {"auto", "complementary", "potential", "gap", "marching"}
-        The programs.
-    method : {"auto", "convex", "conic", "active-set", "kalker"}
-        The overall method.
-
-    Raises
-    ------
-    SceneError
-        For an entry that does not exist, or is no name of one. Whether a solver is there, and
-        suits the scene, is judged with the scene.
-
-    Examples
-    --------
-    >>> import varcontact as vc
-    >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
-    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3),
-    ...     grid=vc.Grid(nx=12, ny=12))
-    >>> programs = vc.Methods(method="conic")
-    >>> print(programs)
-    method=conic
-    >>> vc.plan(scene, methods=programs).tangential
-    'clarabel'
-    >>> vc.solve(scene, methods=programs).plan.method
-    'conic'
-    """
-
-    normal: str = "auto"
-    tangential: str = "auto"
-    coupling: str = "auto"
-    formulation: str = "auto"
-    method: str = "auto"
-
-    def __str__(self) -> str:
-        return ", ".join(f"{name}={value}" for name, value in self.named().items()) or "auto"
-
-    def named(self) -> dict[str, str]:
-        """The names that are given, by argument."""
-        return {name: value for name, value in asdict(self).items() if value != "auto"}
-
-    @classmethod
-    def given(cls, methods: Methods | None, **names: Any) -> Methods:
-        """The methods, together or by their names one by one."""
-        if methods is None:
-            return cls(**names)
-        kind("methods", methods, Methods)
-        for name, value in names.items():
-            if value != "auto":
-                raise SceneError(name, value, f"left out beside methods: Methods({name}=...)")
-        return methods
-
-
-AUTO = Methods()
-"""All methods left to choose."""
-
-NAMES = tuple(each.name for each in fields(Methods))
-"""The arguments that name methods."""
-
-
-def taken_apart(options: Mapping[str, Any]) -> tuple[Methods, dict[str, Any]]:
-    """The methods among options of `solve`, and the others."""
-    names = {name: value for name, value in options.items() if name in NAMES}
-    others = {name: value for name, value in options.items() if name not in NAMES}
-    return Methods.given(others.pop("methods", None), **names), others
-
-
-def by_name(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of `solve` with the methods by their names."""
-    if options.get("methods") is None:
-        return dict(options)
-    methods, others = taken_apart(options)
-    return others | methods.named()
 
 
 @dataclass(frozen=True)
@@ -574,88 +422,3 @@ def _check_belongs(field: Kind, name: str, method: str) -> None:
     if name not in (*names, "auto", "hertz"):
         remedy = f'{" or ".join(names)} with method = "{method}"'
         raise SceneError(field, name, f'{remedy}; with method = "auto" any solver may be named')
-
-
-def one_direction(scene: Scene) -> bool:
-    """True if tractions can arise along x only or along y only: in line contact, where nothing
-    moves along y or x.
-    """
-    motion = scene.motion
-    if not scene.line or not isinstance(motion, (Steady, Shift)):
-        return False
-    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.coupled
-    along_y = motion.rigid[1] != 0 or motion.Fy is not None
-    return not (along_x and along_y)
-
-
-def own_image(scene: Scene) -> bool:
-    """True if a Hertzian contact with an even number of rows is known to be its own mirror image
-    about the x-axis.
-
-    With x its tractions along x are even in y and those along y odd where nothing moves along y, or
-    about z; and the other way round where nothing moves along x.
-    """
-    motion = scene.motion
-    grid = scene.grid
-    placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
-    if not placed or scene.line or scene.hertz is None or not isinstance(motion, (Steady, Shift)):
-        return False
-    by_element = isinstance(scene.friction, np.ndarray | FrictionBound)
-    if any((scene.coupled, scene.loaded, by_element)):
-        return False
-    along_x, along_y, about_z = motion.rigid
-    straight = along_y == about_z == 0 and motion.Fy is None
-    return straight or (along_x == 0 and motion.Fx is None)
-
-
-def elements_in_contact(scene: Scene) -> tuple[float, float]:
-    """About the number of elements in contact, and their length along x; zero where that is not
-    known.
-    """
-    grid = scene.own_grid
-    # each step of a history has its own
-    hertz = None if isinstance(scene.motion, Transient) else scene.hertz
-    if not grid.explicit:
-        rows = 1.0 if grid.line else np.pi / 4 * grid.rows
-        dx = 0.0 if hertz is None else 2 * hertz.a / grid.nx
-        return grid.nx * rows, dx
-    dx, dy = grid.sides
-    if hertz is None:
-        return _elements_overlapping(scene, grid), dx
-    if grid.line:
-        return 2 * hertz.a / dx, dx
-    return np.pi * hertz.a * hertz.b / dy / dx, dx
-
-
-def _elements_overlapping(scene: Scene, grid: Grid) -> float:
-    """Half of the elements that overlap, which are in contact in Hertz's, and fewer in line
-    contact; all where the approach is not known.
-    """
-    surface = scene.surface
-    if type(scene.bodies) is not Bodies or not isinstance(surface, SampledDistance):
-        return grid.size
-    if not isinstance(scene.approach, float):
-        return grid.size
-    return float(np.count_nonzero(surface.distance(grid) < scene.approach)) / 2
-
-
-def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
-    """Traction components on a number of elements, on one side of a line of symmetry where the plan
-    uses it.
-    """
-    unknowns = elements
-    if not one_direction(scene):
-        unknowns = 2 * elements
-    if plan.solves and not plan.matrix_free("tangential") and own_image(scene):
-        return unknowns / 2
-    return unknowns
-
-
-def check_fits(scene: Scene, plan: Plan) -> None:
-    """Refuse a contact that is known not to fit into memory before any work; of others each problem
-    as it is posed.
-    """
-    plan.potential_contact.check_size()
-    if plan.closed_form and plan.solves and not isinstance(scene.motion, Transient):
-        unknowns = tangential_unknowns(scene, plan, elements_in_contact(scene)[0])
-        check_memory("tangential", plan.solver_of("tangential"), plan.formulation, unknowns)

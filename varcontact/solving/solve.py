@@ -19,10 +19,11 @@ from varcontact.scene.motion import Harmonic, Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving.given_pressure import check_placed, contact_under
+from varcontact.solving.methods import CouplingName, Methods
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, Options, SolveOptions
 from varcontact.solving.own_solvers import SolverChoice
-from varcontact.solving.selection import CouplingName, Methods, select
+from varcontact.solving.selection import select
 from varcontact.system.process import one_blas_thread
 from varcontact.system.progress import Progress
 

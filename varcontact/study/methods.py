@@ -19,8 +19,9 @@ from varcontact.solvers.registry import (
     solver_spec,
     tangential_methods,
 )
+from varcontact.solving.methods import FORMULATIONS, Methods
 from varcontact.solving.own_solvers import solver_name
-from varcontact.solving.selection import FORMULATIONS, PRESETS, Methods, select
+from varcontact.solving.selection import PRESETS, select
 from varcontact.solving.warm_start import Series, solve_in_turn
 from varcontact.theories.on_grid import THEORIES
 

@@ -19,13 +19,13 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
 from varcontact.solving.batches import solve_batches
+from varcontact.solving.methods import CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.options import (
     TOLERANCE,
     CertifyName,
     SolveOptions,
 )
 from varcontact.solving.own_solvers import SolverChoice
-from varcontact.solving.selection import CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.warm_start import Series, solve_in_turn
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results

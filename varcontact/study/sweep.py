@@ -35,13 +35,13 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
 from varcontact.solving.batches import solve_batches
+from varcontact.solving.methods import AUTO, CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.options import (
     BY_DEFAULT,
     TOLERANCE,
     CertifyName,
     SolveOptions,
 )
-from varcontact.solving.selection import AUTO, CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.warm_start import Series
 from varcontact.study.methods import failure, figures, outcome
 from varcontact.study.parallel import CHUNK, opened, results

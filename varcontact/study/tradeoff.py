@@ -25,9 +25,10 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import tangential_methods
 from varcontact.solving.discretisation_variants import Way, answer
+from varcontact.solving.methods import Methods
 from varcontact.solving.options import TOLERANCE, polished_by
 from varcontact.solving.own_solvers import solver_name
-from varcontact.solving.selection import Methods, select
+from varcontact.solving.selection import select
 from varcontact.solving.warm_start import Series, solve_in_turn
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
 from varcontact.study.methods import failure, neighbour

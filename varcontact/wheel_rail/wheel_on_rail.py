@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from varcontact import checks
+from varcontact.solving.methods import by_name
 from varcontact.solving.options import CertifyName
-from varcontact.solving.selection import by_name
 from varcontact.solving.solve import solve
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.creep_forces import TheoryName, theory_options

@@ -7,8 +7,8 @@ from typing import Any
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.solving.methods import by_name
 from varcontact.solving.options import CertifyName
-from varcontact.solving.selection import by_name
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set_balance import estimate_wheel_set, solve_wheel_set
