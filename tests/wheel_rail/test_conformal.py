@@ -19,7 +19,7 @@ from varcontact.solving.options import SolveOptions, Target
 from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelSet
 from varcontact.wheel_rail.curve import spline
 from varcontact.wheel_rail.patches import contact_locus, reference_surface, tangent_of
-from varcontact.wheel_rail.solve import _at_approaches, _chosen, _first, _near
+from varcontact.wheel_rail.solve_to_target import _at_approaches, _chosen, _first, _near
 
 CONTACT = json.loads((DATA / "conformal.json").read_text())
 NO_KINKS = np.zeros(0, dtype=int)

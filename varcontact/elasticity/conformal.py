@@ -23,7 +23,8 @@ from typing import ClassVar
 import numpy as np
 
 from varcontact.elasticity.by_element import turned_operator
-from varcontact.elasticity.operators import GridOperator, Medium, fft_box, wrapped
+from varcontact.elasticity.fft_products import fft_box, wrapped
+from varcontact.elasticity.operators import GridOperator, Medium
 from varcontact.scene.frames import frames_of_elements
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import continuation

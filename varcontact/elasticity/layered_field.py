@@ -15,6 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from varcontact.elasticity.fft_products import fft_box, fields_of, spectrum_of, wrapped
 from varcontact.elasticity.layered import (
     DEGREE,
     Stack,
@@ -24,7 +25,6 @@ from varcontact.elasticity.layered import (
     _transfer,
     wave_numbers,
 )
-from varcontact.elasticity.operators import fft_box, fields_of, spectrum_of, wrapped
 from varcontact.elasticity.subsurface import ElasticField
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid

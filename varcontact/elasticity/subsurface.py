@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.elasticity.operators import fft_box, fields_of, spectrum_of, wrapped
+from varcontact.elasticity.fft_products import fft_box, fields_of, spectrum_of, wrapped
 from varcontact.elasticity.potentials import KINDS, exchanged, lattice_potentials, strip_potentials
 from varcontact.scene.grid import Grid
 from varcontact.system.process import one_blas_thread

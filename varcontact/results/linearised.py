@@ -14,7 +14,7 @@ from varcontact import checks
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import with_subgrid
 from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
-from varcontact.elasticity.operators import fft_box, wrapped
+from varcontact.elasticity.fft_products import fft_box, wrapped
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene import consistency

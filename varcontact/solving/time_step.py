@@ -25,8 +25,8 @@ from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
 from varcontact.discrete.stick_slip import STICK, ContactResponse, unit_slip
 from varcontact.elasticity.beside import LoadsBeside, loads_beside
+from varcontact.elasticity.fft_products import table_bytes
 from varcontact.elasticity.of_scenes import FREE_DEPTH, medium_of, medium_on
-from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
 from varcontact.interfaces.heat import Heat

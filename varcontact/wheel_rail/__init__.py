@@ -14,6 +14,7 @@ from varcontact.wheel_rail.geometry_table import (
     geometry_table,
     rolling_radius_difference,
 )
+from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_dimensions import (
@@ -26,11 +27,12 @@ from varcontact.wheel_rail.profile_dimensions import (
 )
 from varcontact.wheel_rail.profile_shape import DoubtfulProfile
 from varcontact.wheel_rail.regions import FrictionByAngle
-from varcontact.wheel_rail.result import PatchSolution, PatchWear, Wear, WheelRailSolution, wear
+from varcontact.wheel_rail.result import WheelRailSolution, wear
 from varcontact.wheel_rail.slices import ProfileSlices
 from varcontact.wheel_rail.sweep import sweep_wheel_sets
 from varcontact.wheel_rail.track import Irregularity, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch, FastWheel
+from varcontact.wheel_rail.wear_depth import PatchWear, Wear
 from varcontact.wheel_rail.wear_laws import (
     Archard,
     ArchardMap,

@@ -10,8 +10,9 @@ from typing import Any
 
 from varcontact.errors import NoContact, SceneError, VarcontactError
 from varcontact.wheel_rail.contact_input import RailSprings, WheelCase
+from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.patches import joined, tangent_of
-from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 CREEP_MAX = 0.03

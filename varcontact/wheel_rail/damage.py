@@ -12,10 +12,11 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.plausibility import warn
 from varcontact.system.progress import Progress
+from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.plausibility import of_yield_stress
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
-from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution, wear
+from varcontact.wheel_rail.result import WheelRailSolution, wear
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from varcontact.scene.plausibility import warn as warn_of_doubts
+from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.profile_shape import check_sides
-from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_geometry import WheelGeometry
 
 CONFORMAL = 3.0

@@ -24,8 +24,8 @@ from varcontact.plotting.style import (
 from varcontact.plotting.unit_labels import measure
 from varcontact.results.solution import Panel
 from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.quantities import Quantity, panels_of
-from varcontact.wheel_rail.result import PatchSolution
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,7 +35,8 @@ if TYPE_CHECKING:
 
     from varcontact.wheel_rail.geometry_table import GeometryTable
     from varcontact.wheel_rail.profile import Profile
-    from varcontact.wheel_rail.result import Wear, WheelForces, WheelRailSolution
+    from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
+    from varcontact.wheel_rail.wear_depth import Wear
     from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
     from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 

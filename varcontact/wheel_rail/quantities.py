@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from varcontact.results.error_estimate import with_bar
 
 if TYPE_CHECKING:
-    from varcontact.wheel_rail.result import PatchWear
+    from varcontact.wheel_rail.wear_depth import PatchWear
 
 Owner = Literal["axle", "wheel", "patch"]
 Picture = Literal["positions", "sweep"]

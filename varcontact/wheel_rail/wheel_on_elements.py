@@ -22,7 +22,8 @@ from varcontact.solving.solve import solve
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.patch_interaction import with_interaction
-from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.patch_solution import PatchSolution
+from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_geometry import ContactPatch, WheelGeometry
 
 ON_ELLIPSE = 32

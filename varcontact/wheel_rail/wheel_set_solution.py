@@ -19,11 +19,12 @@ from varcontact.wheel_rail.equilibrium_search import (
     balanced_wheels,
     warn_unbalanced,
 )
+from varcontact.wheel_rail.patch_solution import forces_in_words
 from varcontact.wheel_rail.plausibility import doubts
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_shape import flange
-from varcontact.wheel_rail.result import WheelForces, WheelRailSolution, forces_in_words
+from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
 from varcontact.wheel_rail.track import SIGN, Side, Track
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_set_loads import LoadedWheelSet

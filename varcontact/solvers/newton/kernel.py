@@ -14,13 +14,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from varcontact.elasticity.operators import (
-    GridOperator,
-    RestrictedOperator,
-    fields_of,
-    spectrum_of,
-    wrapped,
-)
+from varcontact.elasticity.fft_products import fields_of, spectrum_of, wrapped
+from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.system.process import lazy_property
 
 Product = Callable[[np.ndarray], np.ndarray]

@@ -11,13 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
-from varcontact.elasticity.operators import (
-    GridOperator,
-    RestrictedOperator,
-    fields_of,
-    spectrum_of,
-    wrapped,
-)
+from varcontact.elasticity.fft_products import fields_of, spectrum_of, wrapped
+from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.solvers.newton.hierarchy import Box
 from varcontact.solvers.newton.kernel import WIDER, Kernel, fast_box, parzen, unit
 from varcontact.system.process import lazy_property
