@@ -57,17 +57,18 @@ CONVENIENCE = {
     },
     "results.frequency": {"plotting.frequency"},
     "results.history": {"io.history", "plotting.history"},
-    "plasticity.limits": {"plasticity.plots"},
+    "plasticity.shakedown_result": {"plasticity.plots"},
     "wheel_rail.geometry_table": {"wheel_rail.plots"},
     "wheel_rail.profile": {"wheel_rail.plots"},
     "wheel_rail.result": {"wheel_rail.plots"},
+    "wheel_rail.wear_depth": {"wheel_rail.plots"},
     "wheel_rail.wheel_set_solution": {"wheel_rail.plots"},
 }
 """Methods that users expect on an object (`plot`, `save`, `report`, `solve`, `to_...`) call what
 comes after it."""
 LARGEST_CIRCLE = 6
 """Files that may import each other in a circle, lazy and typing imports included."""
-FILES_OF_A_SOLVE = 36
+FILES_OF_A_SOLVE = 37
 """Files of the package that the steady solve of a Hertzian contact on its own grid passes
 through."""
 

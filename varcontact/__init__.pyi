@@ -31,8 +31,9 @@ from .io.contact_results import ContactResult, read_contact_result
 from .io.contact_stresses import read_contact_stresses
 from .io.influence_numbers import read_influence_numbers
 from .io.scene_toml import read_scene
-from .plasticity.limits import Shakedown, shakedown
+from .plasticity.limits import shakedown
 from .plasticity.plots import plot_shakedown_map
+from .plasticity.shakedown_result import Shakedown
 from .plotting.frequency import plot_growth
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison, plot_curve

@@ -1,5 +1,5 @@
 """The potential contact: the grid that a scene asks for, closer around its contact or larger where
-that goes on.
+that goes on; scales of the problem on it.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
 from varcontact.scene.transient import Transient
+from varcontact.scene.units import Scales
 from varcontact.system.process import SMALLER, need
 
 Box = tuple[float, float, float, float]
@@ -27,6 +28,9 @@ Box = tuple[float, float, float, float]
 HISTORY_MARGIN = 0.1
 """Room on each side, relative to the contact's width, for its movement by tractions of unlike
 bodies during a history."""
+
+EXPONENT_MAX = 280
+"""Powers of ten that forces and their work may have: floating point ends at 308."""
 
 PIN_ROOM = 1.02
 """Room for the contact of a pin, relative to its width: of unlike bodies it is another."""
@@ -348,3 +352,84 @@ def _linear(places: np.ndarray, nodes: np.ndarray, side: float) -> np.ndarray:
     apart = np.abs(places[:, None] - nodes) / side
     inside = (places >= nodes[0]) & (places <= nodes[-1])
     return np.where(inside[:, None], np.maximum(1 - apart, 0.0), 0.0)
+
+
+# ----------------------------------------------------------------------------- scales on a grid
+
+
+def check_depth(scene: Scene, grid: Grid) -> None:
+    """Refuse a reference depth within the potential contact or the relaxation length."""
+    depth = scene.reference_depth
+    if depth is None or isinstance(scene.surface, PinInHole):
+        return
+    lengths = {"the length of the potential contact": grid.nx * grid.sides[0]}
+    if scene.bodies.relaxes:
+        relaxation = (scene.speed or 0.0) * scene.bodies.longest_relaxation
+        lengths["the longest relaxation length, motion.speed times tau"] = relaxation
+    for name, least in lengths.items():
+        if depth < least:
+            raise SceneError("surface.reference_depth", depth, f"at least {name}, {least:.6g}")
+
+
+def check_element_size(scene: Scene, grid: Grid) -> None:
+    """Refuse elements larger than a Hertzian contact."""
+    hertz = scene.hertz
+    dx, dy = grid.sides
+    if hertz is None or not (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
+        return
+    contact = f"{2 * hertz.a:.6g}"
+    element = f"{dx:.6g}"
+    value: float | tuple[float, float] = dx
+    if not scene.line:
+        contact += f" by {2 * hertz.b:.6g}"
+        element += f" by {dy:.6g}"
+        value = (dx, dy)
+    message = (
+        "grid is too coarse to hold one contact element: "
+        f"the contact is {contact}, an element {element}"
+    )
+    raise TooCoarse("grid", value, message=message)
+
+
+def scales_of(scene: Scene, grid: Grid, distance: np.ndarray) -> Scales:
+    """Scales of a problem: the size of the potential contact and a typical pressure."""
+    dx, dy = grid.sides
+    modulus = scene.bodies.combined_G
+    # size of the potential contact
+    length = grid.nx * dx
+    if not scene.line:
+        length = math.sqrt(length * grid.rows * dy)
+    # typical pressure: Hertz's peak, the mean, or that of the overlap
+    if scene.hertz is not None:
+        pressure = scene.hertz.peak_pressure
+    elif scene.normal_force is not None and scene.line:
+        pressure = scene.normal_force / length
+    elif scene.normal_force is not None:
+        pressure = scene.normal_force / length**2
+    else:
+        assert scene.approach is not None
+        overlap = scene.approach - float(distance.min())
+        if overlap <= 0:
+            raise no_element_in_contact(scene.surface, scene.approach, grid)
+        pressure = modulus * overlap / length
+    return Scales(length, pressure, modulus, scene.line)
+
+
+def check_range(scales: Scales) -> None:
+    """Refuse units in which forces or their work leave the range of floating point."""
+    with np.errstate(divide="ignore"):
+        L, p, G = np.log10([scales.length, scales.pressure, scales.modulus])
+    force = p + 2 * L
+    if scales.line:
+        force = p + L
+    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
+    if not largest < EXPONENT_MAX:
+        sizes = (
+            f"lengths of {scales.length:.3g}, pressures of {scales.pressure:.3g}, "
+            f"combined modulus {scales.modulus:.3g}"
+        )
+        allowed = (
+            "in units in which forces and their work are within "
+            f"1e-{EXPONENT_MAX} and 1e{EXPONENT_MAX}"
+        )
+        raise SceneError("scene", sizes, allowed)

@@ -7,13 +7,17 @@ have G = 1 and everything a solver meets is of order one.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import no_element_in_contact
+from varcontact.discrete.contact_grid import (
+    check_depth,
+    check_element_size,
+    check_range,
+    scales_of,
+)
 from varcontact.discrete.loading import Loading, PreviousStep
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
@@ -21,7 +25,7 @@ from varcontact.elasticity.beside import loads_beside
 from varcontact.elasticity.held import HeldMedium, held_parts
 from varcontact.elasticity.of_scenes import medium_on
 from varcontact.elasticity.operators import GridOperator, edge_compliance
-from varcontact.errors import SceneError, TooCoarse
+from varcontact.errors import SceneError
 from varcontact.interfaces.interface import BetweenBodies, Fields, Interface, Quantity, Surroundings
 from varcontact.interfaces.kinds import interface_of
 from varcontact.interfaces.potential import Potential
@@ -52,8 +56,6 @@ STEP_MIN = 1e-6
 STEP_MAX = 1e9
 """Greatest step in elements: by then particles have long left the influence of the contact."""
 
-EXPONENT_MAX = 280
-"""Powers of ten that forces and their work may have: floating point ends at 308."""
 
 SHIFT_MAX = 1e100
 """Greatest dimensionless rigid shift: squares of products with it stay in the
@@ -530,11 +532,11 @@ def discretise(scene: Scene, grid: Grid, built: Operators | None = None) -> Disc
     distance beyond the approach all over), or for a reference depth within the potential contact.
     """
     hertz = scene.hertz
-    _check_depth(scene, grid)
-    _check_element_size(scene, grid)
+    check_depth(scene, grid)
+    check_element_size(scene, grid)
     distance = undeformed_distance(scene.surface, hertz, grid)
-    scales = _scales(scene, grid, distance)
-    _check_range(scales)
+    scales = scales_of(scene, grid, distance)
+    check_range(scales)
     depth = scene.reference_depth
     if depth is not None:
         depth = depth / scales.length
@@ -567,84 +569,6 @@ def _loading_of(scene: Scene) -> Loading:
     if not isinstance(scene.motion, Transient):
         motion = scene.motion
     return Loading(scene, scene.friction, scene.normal_force, scene.approach, motion)
-
-
-def _check_depth(scene: Scene, grid: Grid) -> None:
-    """Refuse a reference depth within the potential contact or the relaxation length."""
-    depth = scene.reference_depth
-    if depth is None or isinstance(scene.surface, PinInHole):
-        return
-    lengths = {"the length of the potential contact": grid.nx * grid.sides[0]}
-    if scene.bodies.relaxes:
-        relaxation = (scene.speed or 0.0) * scene.bodies.longest_relaxation
-        lengths["the longest relaxation length, motion.speed times tau"] = relaxation
-    for name, least in lengths.items():
-        if depth < least:
-            raise SceneError("surface.reference_depth", depth, f"at least {name}, {least:.6g}")
-
-
-def _check_element_size(scene: Scene, grid: Grid) -> None:
-    """Refuse elements larger than a Hertzian contact."""
-    hertz = scene.hertz
-    dx, dy = grid.sides
-    if hertz is None or not (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
-        return
-    contact = f"{2 * hertz.a:.6g}"
-    element = f"{dx:.6g}"
-    value: float | tuple[float, float] = dx
-    if not scene.line:
-        contact += f" by {2 * hertz.b:.6g}"
-        element += f" by {dy:.6g}"
-        value = (dx, dy)
-    message = (
-        "grid is too coarse to hold one contact element: "
-        f"the contact is {contact}, an element {element}"
-    )
-    raise TooCoarse("grid", value, message=message)
-
-
-def _scales(scene: Scene, grid: Grid, distance: np.ndarray) -> Scales:
-    """Scales of a problem: the size of the potential contact and a typical pressure."""
-    dx, dy = grid.sides
-    modulus = scene.bodies.combined_G
-    # size of the potential contact
-    length = grid.nx * dx
-    if not scene.line:
-        length = math.sqrt(length * grid.rows * dy)
-    # typical pressure: Hertz's peak, the mean, or that of the overlap
-    if scene.hertz is not None:
-        pressure = scene.hertz.peak_pressure
-    elif scene.normal_force is not None and scene.line:
-        pressure = scene.normal_force / length
-    elif scene.normal_force is not None:
-        pressure = scene.normal_force / length**2
-    else:
-        assert scene.approach is not None
-        overlap = scene.approach - float(distance.min())
-        if overlap <= 0:
-            raise no_element_in_contact(scene.surface, scene.approach, grid)
-        pressure = modulus * overlap / length
-    return Scales(length, pressure, modulus, scene.line)
-
-
-def _check_range(scales: Scales) -> None:
-    """Refuse units in which forces or their work leave the range of floating point."""
-    with np.errstate(divide="ignore"):
-        L, p, G = np.log10([scales.length, scales.pressure, scales.modulus])
-    force = p + 2 * L
-    if scales.line:
-        force = p + L
-    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
-    if not largest < EXPONENT_MAX:
-        sizes = (
-            f"lengths of {scales.length:.3g}, pressures of {scales.pressure:.3g}, "
-            f"combined modulus {scales.modulus:.3g}"
-        )
-        allowed = (
-            "in units in which forces and their work are within "
-            f"1e-{EXPONENT_MAX} and 1e{EXPONENT_MAX}"
-        )
-        raise SceneError("scene", sizes, allowed)
 
 
 def undeformed_distance(

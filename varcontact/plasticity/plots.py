@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from varcontact import checks
-from varcontact.plasticity.limits import Shakedown
+from varcontact.plasticity.shakedown_result import Shakedown
 from varcontact.plotting import style
 
 MAP = np.array(

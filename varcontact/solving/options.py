@@ -28,7 +28,7 @@ from varcontact.solvers.interface import SolveStats
 from varcontact.solvers.trace import Trace
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.methods import AUTO, FormulationName, MethodName, Methods, taken_apart
-from varcontact.solving.problem_size import check_fits
+from varcontact.solving.pipeline import check_fits
 from varcontact.solving.selection import select
 from varcontact.system.progress import Progress
 

@@ -24,8 +24,7 @@ from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import Kind
 from varcontact.solving.methods import CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.own_solvers import SolverChoice
-from varcontact.solving.pipeline import check_memory, peak
-from varcontact.solving.problem_size import own_image, tangential_unknowns
+from varcontact.solving.pipeline import check_memory, own_image, peak, tangential_unknowns
 from varcontact.solving.selection import PRESETS, select
 
 SECONDS = {"products": (1.2e-5, 1.0), "active sets": (1.2e-9, 3.0), "program": (2e-8, 3.0)}

@@ -23,7 +23,7 @@ from varcontact.scene.transient import Transient
 from varcontact.solvers import registry
 from varcontact.solvers.registry import Kind, SolverSpec, matrix_free, solver_spec, states_program
 from varcontact.solving.methods import AUTO, Methods
-from varcontact.solving.problem_size import elements_in_contact, one_direction, own_image
+from varcontact.solving.pipeline import elements_in_contact, one_direction, own_image
 from varcontact.theories.on_grid import THEORIES, why_not
 
 

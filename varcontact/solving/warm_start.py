@@ -19,7 +19,7 @@ from varcontact.solvers.trace import Trace
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.on_grid import finish, solve_contact
 from varcontact.solving.options import check_saturation
-from varcontact.solving.problem_size import check_fits
+from varcontact.solving.pipeline import check_fits
 from varcontact.system.process import one_blas_thread
 
 

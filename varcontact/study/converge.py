@@ -21,7 +21,7 @@ from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solving.problem_size import check_fits
+from varcontact.solving.pipeline import check_fits
 from varcontact.solving.solve import solve
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity, of_another

@@ -9,7 +9,8 @@ import numpy as np
 
 from varcontact.errors import SceneError
 from varcontact.io.labelled import Labelled
-from varcontact.plasticity.limits import Shakedown, shakedown
+from varcontact.plasticity.limits import shakedown
+from varcontact.plasticity.shakedown_result import Shakedown
 from varcontact.results.quantities_of_interest import units
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.patch_solution import PatchSolution
