@@ -1,7 +1,7 @@
 """An output with the multipliers of the contact's equations: derivatives by any input.
 
 With multipliers that make the Lagrangian ``L = J - l_n.e - l_N (sum p dA - N) - l_t.E -
-l_g.(n.q - f p) - l_F.(sum q dA - F)`` stationary in all unknowns, the derivative of the output J
+l_g.(n.q - g) - l_F.(sum q dA - F)`` stationary in all unknowns, the derivative of the output J
 by an input is the partial one of L, without a further solve.
 """
 
@@ -104,7 +104,7 @@ class LinearisedSolution:
         return Adjoint(self, output, self._physical(found), of_bound, np.zeros(shape))
 
     def _of_bound(self, by_tractions: np.ndarray, found: Multipliers) -> np.ndarray:
-        """Multipliers of n.q = f p, physical, (ny, nx)."""
+        """Multipliers of n.q = g, physical, (ny, nx)."""
         left = by_tractions - self.contact.by_tractions(found)
         of_bound: np.ndarray = (self.contact.areas.along * left).sum(axis=0)
         return of_bound * self.fields.compliance
@@ -116,7 +116,7 @@ class LinearisedSolution:
 
 @dataclass(frozen=True, eq=False)
 class Adjoint:
-    """An output with its multipliers, physical: `of_bound` (ny, nx) of n.q = f p, `of_pressure`
+    """An output with its multipliers, physical: `of_bound` (ny, nx) of n.q = g, `of_pressure`
     (ny, nx) of a pressure in closed form.
     """
 
@@ -241,8 +241,9 @@ class Adjoint:
         """Residuals of the tangential problem, weighted by their multipliers."""
         scene = fields.scene
         areas = self.about.contact.areas
-        excess = (areas.along * fields.traction).sum(axis=0) - fields.friction * fields.pressure
-        total = float((self.multipliers.shift * fields.local_shift).sum())
+        excess = (areas.along * fields.traction).sum(axis=0) - fields.bound
+        # along the traction the shift counts by the bound alone
+        total = float((areas.within(self.multipliers.shift) * fields.local_shift).sum())
         total += float((self.of_bound * excess).sum())
         for row, component in enumerate(self.about.contact.free):
             force = (scene.motion.Fx, scene.motion.Fy)[component]

@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
+from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.system.process import lazy_property
 
 CREEPAGES = "vx", "vy", "spin"
 SHIFTS = "ux", "uy", "rotation"
+BOUND_STEP = 1e-5
+"""Relative step of the central differences of a traction bound by pressure and by slip."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,11 +98,49 @@ class ContactFields:
         return self.disc.with_loading(motion=known).rigid_shift * self.disc.scales.displacement
 
     @lazy_property
-    def friction(self) -> np.ndarray:
-        """Coefficient of friction, (ny, nx); zero without slip, where nothing is at its bound."""
+    def slip(self) -> np.ndarray:
+        """Sizes of the local shift divided by the distance rolled, (ny, nx)."""
+        return np.hypot(*self.local_shift) / self.rolled
+
+    @lazy_property
+    def bound(self) -> np.ndarray:
+        """Traction bound g of slipping elements, (ny, nx); zero without slip, where nothing is at
+        its bound.
+        """
+        return self._bound(self.pressure, self.slip)
+
+    @lazy_property
+    def bound_by_pressure(self) -> np.ndarray:
+        """dg/dp, (ny, nx)."""
+        step = BOUND_STEP * self.pressure
+        return self._slope(self._bound(self.pressure + step, self.slip), -step, 0.0, step)
+
+    @lazy_property
+    def bound_by_slip(self) -> np.ndarray:
+        """dg/ds, (ny, nx)."""
+        step = BOUND_STEP * self.slip
+        return self._slope(self._bound(self.pressure, self.slip + step), 0.0, -step, step)
+
+    def _slope(
+        self,
+        above: np.ndarray,
+        pressure_step: np.ndarray | float,
+        slip_step: np.ndarray | float,
+        step: np.ndarray,
+    ) -> np.ndarray:
+        """Central difference of the bound; zero where there is no step."""
+        below = self._bound(self.pressure + pressure_step, self.slip + slip_step)
+        found: np.ndarray = (above - below) / np.where(step > 0, 2 * step, 1.0)
+        return found
+
+    def _bound(self, pressure: np.ndarray, slip: np.ndarray) -> np.ndarray:
         given: Any = self.scene.friction
+        if isinstance(given, FrictionBound):
+            return given.bound(pressure, *self.places)
+        if isinstance(given, Law):
+            return given.on(slip, None, pressure, *self.places) * pressure
         coefficient = np.broadcast_to(np.asarray(given, float), self.disc.grid.shape)
-        return np.nan_to_num(coefficient, posinf=0.0)
+        return np.nan_to_num(coefficient, posinf=0.0) * pressure
 
     @property
     def _has_tractions(self) -> bool:

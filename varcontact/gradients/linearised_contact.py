@@ -5,7 +5,10 @@ slips, t across it. With q the tractions, p the pressure, A, M and B influence n
 
     C: e = h + A_zz p + A_zt q - d = 0          load: sum p dA = N, or d is given
     S: E = W + M q + B p = 0                    forces: sum q dA = F, creepages unknown
-    T: t.E = 0, linearised t.dE + (|E|/g) t.dq = 0, and n.q = f p
+    T: t.E = 0, linearised t.dE + (|E|/g) t.dq = 0, and n.q = g(p, s)
+
+The traction bound g may change with the relative slip s = |E|/dq: then n.dE changes n.q by
+-g_s/dq, and the multipliers of E have a part along n as well.
 
 Multipliers of these equations solve the transposed problem. Its operators are block-Toeplitz
 with mirrored tables, so that Newton's preconditioner serves: it sees from the kernel that
@@ -42,6 +45,10 @@ ROOM = 32
 DIRECTIONS_MAX = 400
 """Directions of one transposed solve; 14 to 30 are usual."""
 
+LEAST_ROW = 0.1
+"""Least own part of a row whose bound falls with slip, in the preconditioner: beyond about 0 the
+contact itself is unstable."""
+
 Inverse = Callable[[np.ndarray], np.ndarray]
 Edge = Literal["held", "moving"]
 
@@ -56,6 +63,7 @@ class HeldAreas:
     along: np.ndarray  # (2, ny, nx) n where it slips, else zero
     turning: np.ndarray  # |E|/g where it slips, dimensionless
     growing: np.ndarray  # (2, ny, nx) change of tractions by pressure
+    falling: np.ndarray  # change of the bound by local shift, dimensionless; zero without slip
 
     @classmethod
     def of(cls, solution: Solution, fields: ContactFields) -> HeldAreas:
@@ -65,14 +73,16 @@ class HeldAreas:
         contact = solution.pressure > 0
         scene = solution.scene
         if scene.motion is None or scene.frictionless:
-            return cls(contact, nothing, nothing, zero, zero[0], zero)
+            return cls(contact, nothing, nothing, zero, zero[0], zero, zero[0])
         bounded = solution.traction_bound > 0
         stick = bounded & (solution.state == STICK)
         slip = bounded & (solution.state == SLIP)
         size = np.where(slip, np.hypot(*solution.traction), 1.0)
         along = np.where(slip, solution.traction / size, 0.0)
         turning = np.hypot(*fields.local_shift) * slip / size / fields.compliance
-        return cls(contact, stick, slip, along, turning, along * fields.friction)
+        growing = along * fields.bound_by_pressure
+        falling = slip * fields.bound_by_slip / fields.rolled * fields.compliance
+        return cls(contact, stick, slip, along, turning, growing, falling)
 
     @property
     def across(self) -> np.ndarray:
@@ -84,6 +94,34 @@ class HeldAreas:
         across = self.across
         free: np.ndarray = self.stick * fields + across * (across * fields).sum(axis=0)
         return free
+
+    def outward(self, fields: np.ndarray) -> np.ndarray:
+        """Parts of fields (2, ny, nx) along the traction where its bound follows the slip."""
+        return self.along * ((self.along * fields).sum(axis=0) * (self.falling != 0))
+
+    def rows(self, fields: np.ndarray) -> np.ndarray:
+        """Fields (2, ny, nx) in the space of the unknown multipliers."""
+        if not self.falling.any():
+            return self.within(fields)
+        return self.within(fields) + self.outward(fields)
+
+    def shifts(self, unknowns: np.ndarray) -> np.ndarray:
+        """Multipliers of the shift (2, ny, nx) by the unknown ones: along the traction those of its
+        bound, times the change of the bound by the shift.
+        """
+        if not self.falling.any():
+            return unknowns
+        outward = self.outward(unknowns)
+        return unknowns - outward + self.falling * outward
+
+    def diagonal(self, unknowns: np.ndarray) -> np.ndarray:
+        """Parts of the rows that elasticity has no part in: tractions that turn, and their
+        bound.
+        """
+        if not self.falling.any():
+            return self.turning * unknowns
+        outward = self.outward(unknowns)
+        return self.turning * (unknowns - outward) + outward
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +262,10 @@ class LinearisedContact:
         def inverse(right: np.ndarray) -> np.ndarray:
             turned = across * ((across * right).sum(axis=0) * held)
             rows = (areas.stick * right + turned) / own
-            return areas.within(system.precondition(rows.astype(np.float32)).astype(float))
+            found = areas.within(system.precondition(rows.astype(np.float32)).astype(float))
+            if areas.falling.any():
+                found += areas.outward(right) / np.maximum(1 + own * areas.falling, LEAST_ROW)
+            return found
 
         return inverse
 
@@ -324,19 +365,23 @@ class _TransposedSystem:
         self._weight = 1 / np.sqrt(max(int(areas.contact.sum()), 1))
 
         # borders: uniform rigid shifts, and the approach
-        borders = np.zeros((len(contact.free), 2, *self._shape))
+        self._columns = np.zeros((len(contact.free), 2, *self._shape))
+        self._sums = np.zeros_like(self._columns)
         for row, component in enumerate(contact.free):
-            borders[row, component] = 1.0
-            borders[row] = areas.within(borders[row]) * self._weight
-        self._borders = borders
+            uniform = np.zeros((2, *self._shape))
+            uniform[component] = self._weight
+            self._columns[row] = areas.rows(uniform)
+            self._sums[row] = uniform
         self._level = areas.contact * self._weight
 
         # their responses, for the Schur complements
-        self._responses = np.zeros_like(borders)
+        self._responses = np.zeros_like(self._columns)
         if tangential:
-            for row, border in enumerate(borders):
-                self._responses[row] = contact.tangential_inverse(border)
-        self._schur = np.tensordot(borders, self._responses, ([1, 2, 3], [1, 2, 3]))
+            for row, column in enumerate(self._columns):
+                self._responses[row] = contact.tangential_inverse(column)
+        shifts = np.array([areas.shifts(response) for response in self._responses])
+        shifts = shifts.reshape(self._columns.shape)
+        self._schur = np.tensordot(self._sums, shifts, ([1, 2, 3], [1, 2, 3]))
         self._level_response = np.zeros(self._shape)
         if self._load:
             self._level_response = contact.normal_inverse(self._level)
@@ -352,7 +397,7 @@ class _TransposedSystem:
         """Multipliers by the derivatives of an output; `NotConverged` where GCR stalls."""
         areas = self._contact.areas
         right = Multipliers(
-            areas.within(by_tractions) * self._tangential,
+            areas.rows(by_tractions) * self._tangential,
             areas.contact * by_pressure * self._normal,
             by_rigid * self._weight * self._tangential,
             by_approach * self._weight * self._load,
@@ -360,7 +405,7 @@ class _TransposedSystem:
         solution, directions = gcr(self._product, self._precondition, self._joined(right))
         found = self._split(solution)
         return Multipliers(
-            found.shift,
+            areas.shifts(found.shift),
             found.distance,
             found.forces * self._weight,
             found.load * self._weight,
@@ -401,7 +446,7 @@ class _TransposedSystem:
         total = 0.0
         if self._tangential:
             rows, of_pressure = self._tangential_rows(given)
-            sums = np.tensordot(self._borders, given.shift, 3)
+            sums = np.tensordot(self._sums, areas.shifts(given.shift), 3)
         if self._normal:
             distances = contact.normal_operator.apply(given.distance[None])[0]
             of_pressure = of_pressure + areas.contact * distances
@@ -415,14 +460,16 @@ class _TransposedSystem:
         shift.
         """
         contact = self._contact
+        areas = contact.areas
+        shift = areas.shifts(given.shift)
         weighted = Multipliers(
-            given.shift, given.distance * self._normal, given.forces * self._weight, 0.0
+            shift, given.distance * self._normal, given.forces * self._weight, 0.0
         )
         by_tractions = contact.by_tractions(weighted)
-        rows = contact.areas.within(by_tractions) + contact.areas.turning * given.shift
+        rows = areas.rows(by_tractions) + areas.diagonal(given.shift)
         if not self._normal:
             return rows, np.zeros(self._shape)
-        return rows, contact.by_pressure(given.shift, by_tractions)
+        return rows, contact.by_pressure(shift, by_tractions)
 
     def _precondition(self, vector: np.ndarray) -> np.ndarray:
         """The tangential inverse, then the normal one on what is left."""
@@ -436,7 +483,7 @@ class _TransposedSystem:
         if self._tangential:
             shift = contact.tangential_inverse(right.shift)
             if contact.free:
-                lacking = np.tensordot(self._borders, shift, 3) - right.forces
+                lacking = np.tensordot(self._sums, contact.areas.shifts(shift), 3) - right.forces
                 forces = np.linalg.solve(self._schur, lacking)
                 shift = shift - np.tensordot(forces, self._responses, 1)
         if self._tangential and self._normal:

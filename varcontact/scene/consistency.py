@@ -197,20 +197,30 @@ def check_differentiable(scene: Scene) -> None:
     if not (motion is None or isinstance(motion, Steady | Shift)):
         allowed = "Steady, Shift or none: histories have no gradient"
         raise SceneError("motion", type(motion).__name__, allowed)
-    if isinstance(scene.friction, Law | FrictionBound):
-        law = type(scene.friction).__name__
-        raise SceneError("friction", law, "a number or a field: laws have no gradient")
-    given = {
-        "third_body": scene.third_body is not None,
-        "surface": scene.conformal,
-        "bodies": scene.bodies.relaxes,
-        "displacements": scene.displacements is not None,
-    }
-    for field, present in given.items():
-        if present:
-            value = type(getattr(scene, field)).__name__
-            allowed = "left out, a plane and elastic: the contact has no gradient with it"
-            raise SceneError(field, value, allowed)
+    if isinstance(scene.friction, Law):
+        _check_law_differentiable(scene.friction)
+    if scene.third_body is not None and scene.third_body.yields:
+        allowed = "inf: a layer that yields has no gradient"
+        raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)
+    if scene.conformal:
+        surface = type(scene.surface).__name__
+        raise SceneError("surface", surface, "plane: a curved contact has no gradient")
+    if scene.displacements is not None:
+        displaced = type(scene.displacements).__name__
+        allowed = "left out: a contact beside held parts has no gradient"
+        raise SceneError("displacements", displaced, allowed)
+
+
+def _check_law_differentiable(law: Law) -> None:
+    """Refuse laws whose coefficient depends on more than the slip, pressure and place of an
+    element.
+    """
+    if law.memory_distance > 0:
+        allowed = "0: a law with a memory has no gradient"
+        raise SceneError("friction.memory_distance", law.memory_distance, allowed)
+    if law.warm:
+        allowed = "a law that does not depend on temperature: that one has no gradient"
+        raise SceneError("friction", type(law).__name__, allowed)
 
 
 def _check_speed(scene: Scene) -> None:
