@@ -137,15 +137,26 @@ def test_in_full_slip_force_is_friction_times_load():
     assert abs(float(found.vx)) < 1e-6
 
 
-def test_creepages_as_sensitivity_has_them():
-    """Two derivations of the same derivatives, of like and of unlike bodies."""
-    for kind in ("creepage", "unlike", "shift"):
-        sol = solved(SCENES[kind])
-        names = ("vx", "vy", "spin") if kind != "shift" else ("ux", "uy", "rotation")
-        found = sol.gradient(["Fx", "Fy"], names)
-        own = np.array([found[name] for name in names]).T
-        expected = sol.sensitivity()
-        assert np.allclose(own, expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
+def test_a_step_of_a_history():
+    """With the steps before as they are: by creepage, friction and load of the last step."""
+    steps = {"vx": [2e-3, 2e-3], "vy": [1e-3, 1e-3], "friction": [0.3, 0.3], "load": [0.02, 0.02]}
+
+    def last(name="vx", change=0.0):
+        own = {each: list(values) for each, values in steps.items()}
+        own[name][-1] *= 1 + change
+        load = own.pop("load")
+        motion = vc.Transient(steps=2, dq=0.2, normal_force=load, **own)
+        scene = contact(motion=motion, normal_force=None, friction=None)
+        return vc.solve(scene, normal="norm", **EXACT)[-1]
+
+    names = {"vx": "motion.vx", "friction": "friction", "load": "normal_force"}
+    found = last().gradient("Fx", tuple(names.values()))
+    for name, path in names.items():
+        difference = last(name, STEP).Fx - last(name, -STEP).Fx
+        expected = difference / (2 * STEP * steps[name][-1])
+        assert float(found[path]) == pytest.approx(expected, rel=1e-6)
+    with pytest.raises(SceneError, match="steps before do not change"):
+        last().gradient("Fx", "bodies.G")
 
 
 def test_a_grid_that_follows_has_the_derivative_of_the_continuum_by_load():

@@ -21,6 +21,7 @@ from varcontact.gradients.outputs import Output
 from varcontact.results.linearised import unit_shifts
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.system.process import lazy_property
 
@@ -54,6 +55,9 @@ class LinearisedSolution:
             np.nan_to_num(np.array(solution.creepage, float)),
             float(np.nan_to_num(solution.approach)),
         )
+        if isinstance(scene.motion, TimeStep):
+            shift = solution.slip * fields.rolled
+            fields = replace(fields, brought=shift - fields.local_shift)
         hertz = solution.plan.normal == "hertz"
         return cls(solution, LinearisedContact.about(solution, fields, edge), hertz)
 
@@ -222,7 +226,7 @@ class Adjoint:
         approach = base.approach
         if scene.approach is not None:
             approach = scene.approach
-        return ContactFields(scene, disc, base.pressure, base.traction, creepage, approach)
+        return replace(base, scene=scene, disc=disc, creepage=creepage, approach=approach)
 
     def _pressure_moved(self, fields: ContactFields) -> float:
         """What a change of Hertz's pressure and approach adds to L."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.scene.friction import FrictionBound, Law
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.system.process import lazy_property
 
@@ -24,6 +24,7 @@ class ContactFields:
     """Pressure (ny, nx), traction (2, ny, nx), creepages (3,) and approach of a contact, physical.
 
     Creepages are those that are prescribed, and those found for a force; of a shift its components.
+    Of a step of a history `brought` (2, ny, nx) is the local shift by what particles bring along.
     """
 
     scene: Scene
@@ -32,6 +33,7 @@ class ContactFields:
     traction: np.ndarray
     creepage: np.ndarray
     approach: float
+    brought: np.ndarray | float = 0.0
 
     @property
     def area(self) -> float:
@@ -84,7 +86,7 @@ class ContactFields:
             elastic = elastic + disc.edge_compliance * self.traction
         if disc.K != 0:
             elastic = elastic + disc.pressure_to_shift.apply(self.pressure[None])
-        return elastic * self.compliance + self.rigid_shift
+        return elastic * self.compliance + self.rigid_shift + self.brought
 
     @lazy_property
     def rigid_shift(self) -> np.ndarray:
@@ -93,7 +95,9 @@ class ContactFields:
         rigid: dict[str, Any] = dict(zip(self.names, map(float, self.creepage), strict=True))
         if self.disc.grid.line:
             del rigid[self.names[2]]
-        assert isinstance(motion, Steady | Shift)
+        assert motion is not None
+        if isinstance(motion, TimeStep):  # its creepages have its shifts in them
+            rigid = dict.fromkeys(SHIFTS, 0.0) | rigid
         known = replace(motion, Fx=None, Fy=None, **rigid)
         return self.disc.with_loading(motion=known).rigid_shift * self.disc.scales.displacement
 

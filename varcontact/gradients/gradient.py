@@ -10,12 +10,14 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.gradients.adjoint import Adjoint, LinearisedSolution
+from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS
 from varcontact.gradients.following import Following, along_with_ellipse
 from varcontact.gradients.inputs import number_of, path_of, quantity_of
 from varcontact.gradients.outputs import Creepage, Output, output_of
 from varcontact.results.solution import Solution
 from varcontact.scene import consistency
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import IN_WORDS
 from varcontact.solving.solve import solve
@@ -56,6 +58,30 @@ def gradient(
     if outputs is output:
         return dataset
     return dataset.isel(output=0)
+
+
+def sensitivity(solution: Solution) -> np.ndarray:
+    """See `Solution.sensitivity`."""
+    motion = solution.scene.motion
+    if motion is None:
+        raise SceneError("motion", None, "given: without it there is no creepage")
+    _check_displacement(solution.scene)
+    names = CREEPAGES if motion.rolls else SHIFTS
+    found = gradient(_with_creepages(solution), list(FORCES), names, edge="held")
+    return np.array([found[name] for name in names]).T
+
+
+def _with_creepages(solution: Solution) -> Solution:
+    """The solution of a scene that prescribes the creepages which its forces gave."""
+    motion: Any = solution.scene.motion
+    if motion.Fx is None and motion.Fy is None:
+        return solution
+    names = CREEPAGES if motion.rolls else SHIFTS
+    rigid = {name: float(each) for name, each in zip(names, solution.creepage, strict=True)}
+    if isinstance(motion, TimeStep):  # its creepages have its shifts in them
+        rigid = dict.fromkeys(SHIFTS, 0.0) | rigid
+    prescribed = replace(motion, Fx=None, Fy=None, **rigid)
+    return replace(solution, scene=replace(solution.scene, motion=prescribed))
 
 
 def _listed(named: Any) -> Any:
@@ -109,6 +135,8 @@ def _on_half_the_elements(solution: Solution) -> Solution:
     """The scene solved on elements twice as large."""
     scene = solution.scene
     grid = solution.grid
+    if isinstance(scene.motion, TimeStep):
+        raise SceneError("error", True, "False: a step of a history is solved after those before")
     if isinstance(scene.friction, np.ndarray) or isinstance(scene.surface, SampledDistance):
         allowed = "False: values of each element are given, and there are no larger elements"
         raise SceneError("error", True, allowed)
@@ -155,7 +183,8 @@ class _Derivatives:
             _check_edge(solution, self._edge, path)
             return self._edge
         about = self._adjoint("held").about
-        if not about.contact.moves or not self._output.needs_motion:
+        of_a_step = isinstance(solution.scene.motion, TimeStep)
+        if of_a_step or not about.contact.moves or not self._output.needs_motion:
             return "held"
         if path == "distance":
             _check_edge(solution, "moving", path)
@@ -220,9 +249,6 @@ def check_differentiable(solution: Solution) -> None:
             approximate = plan.tangential
         raise SceneError("solution", approximate, "by an exact method: this one is approximate")
     consistency.check_differentiable(scene)
-    if solution.pressure_on_parts is not None:
-        allowed = '"centres": pressures on parts of elements have no gradient'
-        raise SceneError("grid.edge", solution.grid.edge, allowed)
     _check_stick(solution)
 
 
@@ -253,11 +279,20 @@ def _check_output(solution: Solution, name: str, output: Output) -> None:
 def _check_input(solution: Solution, path: str) -> None:
     """Refuse inputs that the scene has not, or that follow from others."""
     scene = solution.scene
+    part, _, entry = path.partition(".")
+    tangential = part in ("motion", "friction") and entry != "dq"
+    if solution.pressure_on_parts is not None and not tangential:
+        allowed = '"centres": pressures on parts of elements have no gradient'
+        raise SceneError("grid.edge", solution.grid.edge, allowed)
+    if isinstance(scene.motion, TimeStep) and not (tangential or path in LOADS):
+        allowed = "the creepages, friction or load of the step: the steps before do not change"
+        raise SceneError("by", path, allowed)
     if path == "distance":
         return
     if path == "friction" and isinstance(scene.friction, np.ndarray):
         return
-    part, _, entry = path.partition(".")
+    if part == "motion" and entry in (*CREEPAGES, *SHIFTS):
+        _check_displacement(scene)
     if part == "motion" and entry in FORCES:
         number_of(scene, path)
         return
@@ -267,9 +302,21 @@ def _check_input(solution: Solution, path: str) -> None:
     number_of(scene, path)
 
 
+def _check_displacement(scene: Scene) -> None:
+    """Refuse shifts in line contact whose displacements have no place to count from."""
+    if not scene.shift_undetermined or isinstance(scene.motion, Steady):
+        return
+    stiffness = "the stiffness of a step needs it"
+    if scene.bodies.slides:
+        raise SceneError("bodies.base", "smooth", f'"rigid" or a half-space: {stiffness}')
+    raise SceneError("surface.reference_depth", None, f"given: in line contact {stiffness}")
+
+
 def _check_edge(solution: Solution, edge: EdgeName, path: str) -> None:
     """Refuse a derivative that the grid, the slip difference or the input has not."""
     motion = solution.scene.motion
+    if edge != "held" and isinstance(motion, TimeStep):
+        raise SceneError("edge", edge, '"held" in a step of a history')
     if edge == "moving" and isinstance(motion, Steady) and motion.slip_difference != "first-order":
         allowed = '"held", or slip_difference "first-order": the other reaches over two elements'
         raise SceneError("edge", edge, allowed)

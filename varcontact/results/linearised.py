@@ -1,4 +1,4 @@
-"""The problem linearised at a solution: slopes, and what swings along the track. Solved without a
+"""The problem linearised at a solution, for what swings along the track. Solved without a
 matrix.
 """
 
@@ -21,7 +21,7 @@ from varcontact.scene import consistency
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.newton.kernel import CAUSAL, STICK_SHIFT, WIDER, fast_box, parzen
-from varcontact.system.process import need, one_blas_thread
+from varcontact.system.process import need
 from varcontact.transports import DIFFERENCES, mirrored
 
 RESIDUAL_TOL = 1e-10
@@ -356,18 +356,7 @@ def _halving_order(count: int) -> np.ndarray:
     return np.argsort([int(f"{i:0{bits}b}"[::-1], 2) for i in range(count)])
 
 
-@one_blas_thread()
-def sensitivity(sol: Solution) -> np.ndarray:
-    """Derivatives of the forces by the creepages, see `Solution.sensitivity`, with given areas at
-    their solution.
-    """
-    problem = linearise(sol, swings=False)
-    ((_, changes),) = problem.responses(np.zeros(1))
-    slopes = (problem.resultants()[1][:2] @ changes.T).real
-    return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
-
-
-def check_linear(sol: Solution, swings: bool) -> None:
+def check_linear(sol: Solution) -> None:
     """Refuse solutions about which the problem cannot be linearised."""
     scene = sol.scene
     plan = sol.plan
@@ -381,13 +370,7 @@ def check_linear(sol: Solution, swings: bool) -> None:
     if approximate:
         raise SceneError("solution", approximate, "by an exact method: this one is approximate")
     consistency.check_linear(scene)
-    if swings:
-        _check_swinging(scene)
-    elif scene.shift_undetermined and not isinstance(scene.motion, Steady):
-        stiffness = "the stiffness of a step needs it"
-        if scene.bodies.slides:
-            raise SceneError("bodies.base", "smooth", f'"rigid" or a half-space: {stiffness}')
-        raise SceneError("surface.reference_depth", None, f"given: in line contact {stiffness}")
+    _check_swinging(scene)
 
 
 def _check_swinging(scene: Scene) -> None:
@@ -420,13 +403,13 @@ def unit_shifts(disc: Discretisation) -> np.ndarray:
     return np.array([disc.with_loading(motion=unit).rigid_shift.reshape(2, -1) for unit in units])
 
 
-def linearise(sol: Solution, swings: bool = True) -> Linearised:
-    """The problem about a solution: of steady rolling for what swings, also the load and a
-    height.
+def linearise(sol: Solution) -> Linearised:
+    """The problem about a solution of steady rolling, for creepages, load and a height that
+    swing.
     """
-    check_linear(sol, swings)
+    check_linear(sol)
     contact = (sol.state != EXTERIOR) & (np.nan_to_num(sol.traction_bound, posinf=1.0) > 0)
-    if swings and not contact.any():
+    if not contact.any():
         raise SceneError("solution", "no traction", "a contact with friction")
     disc = with_subgrid(discretise(sol.scene, sol.grid), sol.pressure_on_parts)
     scales = disc.scales
@@ -443,7 +426,7 @@ def linearise(sol: Solution, swings: bool = True) -> Linearised:
     growing[:, slip] = traction * scales.pressure / sol.pressure.ravel()[slip]
     # the load and a height, where pressures follow them; parts do not follow a moving edge
     inputs = ("vx", "vy", "spin")[: len(shifts)]
-    loaded = swings and not disc.interface.unbounded and sol.grid.edge == "centres"
+    loaded = not disc.interface.unbounded and sol.grid.edge == "centres"
     if loaded:
         load = "approach" if disc.loading.normal_force is None else "normal_force"
         inputs += (load, "roughness")

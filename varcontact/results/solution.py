@@ -488,14 +488,14 @@ class Solution(Reported):
         self.save(path, overwrite=overwrite)
 
     def sensitivity(self) -> np.ndarray:
-        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), (2, 3), from
-        the problem linearised at the solution.
+        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), (2, 3):
+        `gradient` with held areas, as an array.
 
         ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force
         length], with the stick and slip areas as they are; of a shift by (ux,
         uy, rotation). Where forces are prescribed, by the creepages they gave.
         Unlike bodies: with the change of the pressures. Line contact has no
-        spin: zeros. SceneError without a motion, or for an approximate theory.
+        spin: zeros. SceneError as of `gradient`.
 
         Examples
         --------
@@ -508,7 +508,7 @@ class Solution(Reported):
         [[-4.33  0.    0.  ]
          [ 0.   -3.87 -1.56]]
         """
-        from varcontact.results.linearised import sensitivity
+        from varcontact.gradients.gradient import sensitivity
 
         return sensitivity(self)
 
@@ -534,8 +534,10 @@ class Solution(Reported):
         by : str or sequence of str
             Numbers of the scene by their paths: "vx", "vy", "spin", "Fx",
             "Fy", "friction", "normal_force", "approach", "surface.Rx",
-            "bodies.G", "bodies.nu.upper", "bodies.layers.0.G", "dq"; and
-            fields (ny, nx): "distance", the undeformed distance at each
+            "bodies.G", "bodies.nu.upper", "bodies.layers.0.G", "dq",
+            "friction.half_velocity" of a law, "third_body.h"; of a step of a
+            history its creepages, friction and load, with the steps before as
+            they are; and fields (ny, nx): "distance", the undeformed distance at each
             element, and "friction" where it is given by elements.
         edge : {"auto", "held", "moving", "following"}
             What the edge of the contact does as an input changes. "held": the
@@ -561,8 +563,9 @@ class Solution(Reported):
         SceneError
             For outputs and inputs that the scene has not, or that are prescribed
             or follow from others; for solutions that are not converged, by
-            theories, of histories, laws of friction, third bodies, conformal or
-            viscoelastic contacts, and in full slip under a prescribed force.
+            theories, under laws of friction with a memory or by temperature,
+            with third bodies that yield, of curved contacts, of steps of
+            viscoelastic bodies, and in full slip under a prescribed force.
 
         Examples
         --------

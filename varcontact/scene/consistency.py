@@ -193,10 +193,9 @@ def check_linear(scene: Scene) -> None:
 
 def check_differentiable(scene: Scene) -> None:
     """Refuse a problem that has no gradient by its inputs."""
-    motion = scene.motion
-    if not (motion is None or isinstance(motion, Steady | Shift)):
-        allowed = "Steady, Shift or none: histories have no gradient"
-        raise SceneError("motion", type(motion).__name__, allowed)
+    if isinstance(scene.motion, TimeStep) and scene.bodies.relaxes:
+        bodies = type(scene.bodies).__name__
+        raise SceneError("bodies", bodies, "elastic: steps of others have no gradient")
     if isinstance(scene.friction, Law):
         _check_law_differentiable(scene.friction)
     if scene.third_body is not None and scene.third_body.yields:
