@@ -19,6 +19,13 @@ BOUND_STEP = 1e-5
 """Relative step of the central differences of a traction bound by pressure and by slip."""
 
 
+def creepages_of(motion: Any) -> tuple[str, str, str]:
+    """Names of the creepages of a motion, or of the components of a shift."""
+    if motion is None or motion.rolls:
+        return CREEPAGES
+    return SHIFTS
+
+
 @dataclass(frozen=True, eq=False)
 class ContactFields:
     """Pressure (ny, nx), traction (2, ny, nx), creepages (3,) and approach of a contact, physical.
@@ -50,10 +57,7 @@ class ContactFields:
     @property
     def names(self) -> tuple[str, str, str]:
         """Names of the creepages, or of the components of the shift."""
-        motion = self.scene.motion
-        if motion is None or motion.rolls:
-            return CREEPAGES
-        return SHIFTS
+        return creepages_of(self.scene.motion)
 
     @lazy_property
     def compliance(self) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.gradients.adjoint import Adjoint, LinearisedSolution
-from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS
+from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS, creepages_of
 from varcontact.gradients.following import Following, along_with_ellipse
 from varcontact.gradients.inputs import number_of, path_of, quantity_of
 from varcontact.gradients.outputs import Creepage, Output, output_of
@@ -66,7 +66,7 @@ def sensitivity(solution: Solution) -> np.ndarray:
     if motion is None:
         raise SceneError("motion", None, "given: without it there is no creepage")
     _check_displacement(solution.scene)
-    names = CREEPAGES if motion.rolls else SHIFTS
+    names = creepages_of(motion)
     found = gradient(_with_creepages(solution), list(FORCES), names, edge="held")
     return np.array([found[name] for name in names]).T
 
@@ -76,8 +76,7 @@ def _with_creepages(solution: Solution) -> Solution:
     motion: Any = solution.scene.motion
     if motion.Fx is None and motion.Fy is None:
         return solution
-    names = CREEPAGES if motion.rolls else SHIFTS
-    rigid = {name: float(each) for name, each in zip(names, solution.creepage, strict=True)}
+    rigid = dict(zip(creepages_of(motion), map(float, solution.creepage), strict=True))
     if isinstance(motion, TimeStep):  # its creepages have its shifts in them
         rigid = dict.fromkeys(SHIFTS, 0.0) | rigid
     prescribed = replace(motion, Fx=None, Fy=None, **rigid)
@@ -280,13 +279,7 @@ def _check_input(solution: Solution, path: str) -> None:
     """Refuse inputs that the scene has not, or that follow from others."""
     scene = solution.scene
     part, _, entry = path.partition(".")
-    tangential = part in ("motion", "friction") and entry != "dq"
-    if solution.pressure_on_parts is not None and not tangential:
-        allowed = '"centres": pressures on parts of elements have no gradient'
-        raise SceneError("grid.edge", solution.grid.edge, allowed)
-    if isinstance(scene.motion, TimeStep) and not (tangential or path in LOADS):
-        allowed = "the creepages, friction or load of the step: the steps before do not change"
-        raise SceneError("by", path, allowed)
+    _check_changes(solution, path)
     if path == "distance":
         return
     if path == "friction" and isinstance(scene.friction, np.ndarray):
@@ -300,6 +293,18 @@ def _check_input(solution: Solution, path: str) -> None:
     if part == "motion" and getattr(scene.motion, forced.get(entry, ""), None) is not None:
         raise SceneError("by", path, f"another input: it follows from {forced[entry]}")
     number_of(scene, path)
+
+
+def _check_changes(solution: Solution, path: str) -> None:
+    """Refuse inputs that change pressures on parts of elements, or the steps before."""
+    part, _, entry = path.partition(".")
+    tangential = part in ("motion", "friction") and entry != "dq"
+    if solution.pressure_on_parts is not None and not tangential:
+        allowed = '"centres": pressures on parts of elements have no gradient'
+        raise SceneError("grid.edge", solution.grid.edge, allowed)
+    if isinstance(solution.scene.motion, TimeStep) and not (tangential or path in LOADS):
+        allowed = "the creepages, friction or load of the step: the steps before do not change"
+        raise SceneError("by", path, allowed)
 
 
 def _check_displacement(scene: Scene) -> None:
