@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.command import assert_bad_input
+from tests.command import run as run_command
 from tests.wheel_rail.conditions import DATA
 from tests.wheel_rail.test_contact_input import PLACE, RATES, RIG, TRACK, read
 from varcontact.study.contact_comparison import compared_wheel
-from varcontact.wheel_rail import Track, read_contact_input
+from varcontact.wheel_rail import Track, read_contact_input, wheel_on_rail_history
 from varcontact.wheel_rail.contact_runs import run_wheels
 
 COARSE = ("  0.200   0.200   1.000", "  0.5   0.5   1.000")
@@ -105,6 +107,32 @@ def test_a_rail_on_springs_is_deflected(profiles):
     (case,) = cases(profiles, *changes[:1], (" 1203100 ", " 1203030 "), changes[2], at_height)
     (again,) = run_wheels([case])
     assert again.solution.force == pytest.approx(run.solution.force, abs=2.0)
+
+
+def test_steps_in_time_go_on_from_each_other(profiles):
+    """T = 1, then T = 2: a shift in a second, steps of DQREL elements, and one anew (P = 2)."""
+    head = "  1 MODULE\n 1{}0100  C-P-B-T-N-F-S\n 0100002  V-L-D-C-M-Z-E\n 0101331  H-G-I-A-O-W-R\n"
+    place = " 0. 0. 10000. 0. 0. 0.\n 2000. 0. 0. 0. 0. -4.34\n"
+    more = [head.replace("{}0", first) + place for first in ("002", "002", "202")]
+    changes = [
+        ("  0.200   0.200   1.000", "  1.0   1.0   1.500"),
+        (" 1203100 ", " 1201100 "),
+        (" 2000.   0.0    0.0 ", " 0.0   2e-3    0.0 "),
+        (RATES, " 0.0 0.0 -1e-6"),
+        ("\n  0 MODULE", "\n" + "".join(more) + "  0 MODULE"),
+    ]
+    found = cases(profiles, *changes)
+    assert [case.rolled for case in found] == [0.0, 1.5, 1.5, 1.5]
+    assert [case.before and case.before.number for case in found] == [None, 1, 2, None]
+    assert len(read_contact_input(profiles / "case.inp")) == 0
+    runs = [run.solution for run in run_wheels(found)]
+    assert runs[0].patches[0].creepage.vy == pytest.approx(-2e-3, rel=0.01)
+    steps = wheel_on_rail_history([case.wheel for case in found[:3]], rolled=[0.0, 1.5, 1.5])
+    for run, step in zip(runs, steps, strict=False):
+        assert run.force == pytest.approx(step.force)
+    assert abs(runs[3].force[0]) < abs(runs[2].force[0])
+    done = run_command("wheelrail", "case.inp", folder=profiles)
+    assert_bad_input(done, "cases [1, 2, 3, 4] are steps in time")
 
 
 def test_forces_that_no_motion_gives_are_refused(profiles):

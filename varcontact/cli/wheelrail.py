@@ -48,6 +48,10 @@ def wheelrail(
     check_outputs(None, plot_wear, [each for each in (case, out, plot) if each is not None], force)
     if case.suffix.lower() == ".inp":
         wheels = vc.wheel_rail.read_contact_input(case)
+        others = [each.number for each in wheels.cases if not each.alone]
+        if others:
+            message = f"{case}: cases {others} are steps in time or by forces: --table solves them"
+            raise SceneError("case", str(case), message=message)
         read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
     else:
         read = read_case(case)

@@ -14,6 +14,7 @@ from varcontact.wheel_rail.geometry_table import (
     geometry_table,
     rolling_radius_difference,
 )
+from varcontact.wheel_rail.history import wheel_on_rail_history
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
@@ -96,5 +97,6 @@ __all__ = [
     "sweep_wheel_sets",
     "wear",
     "wear_down",
+    "wheel_on_rail_history",
     "worn_profile",
 ]

@@ -39,6 +39,8 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 SIDES: dict[int, Side] = {0: "left", 1: "right", 4: "left", 5: "right"}
 CONVEX_GS = 2
 """The control digit G of the one solver of CONTACT that takes any DQREL in steady rolling."""
+SHIFT, TRANSIENT = 1, 2
+"""Values of the digit T."""
 CONFORMAL = 4
 BY_ELEMENT = (3, 6)
 """Values of the digit D with which patches are curved, and have the rigid slip of each element."""
@@ -83,6 +85,11 @@ class WheelCase:
         the same way.
     springs : RailSprings or None
         On which the rail rests, F = 3: its deflection is not known before.
+    rolled : float or None
+        Distance rolled in a step of transient rolling, T = 2 [mm]; 0 of a shift,
+        T = 1; None of steady rolling.
+    before : WheelCase or None
+        The case whose tractions a step goes on from, P = 0.
     separating_angle : float
         A_SEP [rad], from which CONTACT parts patches whatever their distance;
         here patches are parted by distance, and a case in which it would count
@@ -97,13 +104,15 @@ class WheelCase:
     longitudinal_force: float | None = None
     axle_moment: float | None = None
     springs: RailSprings | None = None
+    rolled: float | None = None
+    before: WheelCase | None = None
     separating_angle: float = math.pi / 2
 
     @property
-    def by_forces(self) -> bool:
-        """True where forces determine the motion of the wheel, or the place of the rail."""
-        forces = (self.longitudinal_force, self.axle_moment, self.springs)
-        return any(each is not None for each in forces)
+    def alone(self) -> bool:
+        """True of steady rolling by given velocities, on a rail in its place."""
+        more = (self.longitudinal_force, self.axle_moment, self.springs, self.rolled)
+        return all(each is None for each in more)
 
 
 class WheelInput(Sequence[WheelOnRail]):
@@ -112,16 +121,15 @@ class WheelInput(Sequence[WheelOnRail]):
     Attributes
     ----------
     cases : tuple of WheelCase
-        In the order of the file, but for those that it skips.
+        In the order of the file, but for those that it skips. The sequence has those that roll
+        steadily by given velocities.
     path : str
     """
 
     def __init__(self, path: str, cases: Sequence[WheelCase]) -> None:
         self.path = path
         self.cases = tuple(cases)
-        self._wheels = [
-            case.wheel for case in cases if case.wheel is not None and not case.by_forces
-        ]
+        self._wheels = [case.wheel for case in cases if case.wheel is not None and case.alone]
 
     @overload
     def __getitem__(self, k: int) -> WheelOnRail: ...
@@ -230,23 +238,45 @@ class _Reader:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._made: dict[Any, Any] = {}
+        self._cases: dict[int, WheelCase] = {}
 
     def case(self, given: CaseInput, strict: bool) -> WheelCase:
         """One case."""
         line = given.group.line
         try:
-            return WheelCase(
+            case = WheelCase(
                 number=given.number,
                 line=line,
                 element=given.element,
                 wheel=self._wheel(given),
                 separating_angle=given.entries["grid"].angle(3),
                 **_forces(given),
+                **self._step(given),
             )
         except SceneError as error:
             if strict:
                 raise
-            return WheelCase(given.number, line, given.element, reason=str(error))
+            case = WheelCase(given.number, line, given.element, reason=str(error))
+        self._cases[given.number] = case
+        return case
+
+    def _step(self, given: CaseInput) -> dict[str, Any]:
+        """The distance of a step in time, and the case that it goes on from."""
+        controls = given.controls
+        if controls["TANG"] not in (SHIFT, TRANSIENT):
+            return {}
+        if controls["HEAT"] != 0:
+            controls.complain("HEAT", "needs steady rolling, T = 3")
+        rolled = 0.0
+        if controls["TANG"] == TRANSIENT:
+            elements = given.entries["grid"]
+            rolled = elements.number(2) * elements.number(0)
+        before = given.before
+        while before is not None and not before.calculated:
+            before = before.before
+        if controls["PVTIME"] != 0 or before is None:
+            return {"rolled": rolled}
+        return {"rolled": rolled, "before": self._cases[before.number]}
 
     def _wheel(self, case: CaseInput) -> WheelOnRail:
         if case.module != 1:
@@ -337,8 +367,10 @@ def _check_supported(case: CaseInput) -> None:
     controls = case.controls
     if controls["CONFIG"] >= 4:
         _check_roller(case)
-    if controls["TANG"] in (1, 2):
-        controls.complain("TANG", "is not supported: wheels here roll steadily, T = 3")
+    if controls["TANG"] in (SHIFT, TRANSIENT) and controls["DISCNS"] in (CONFORMAL, *BY_ELEMENT):
+        controls.complain("DISCNS", "needs steady rolling, T = 3")
+    if controls["FORCE"] in (1, 2) and controls["TANG"] == SHIFT:
+        controls.complain("FORCE", "needs rolling, T = 2 or 3")
     if controls["FORCE"] in (1, 2) and controls["NORM"] == 0:
         controls.complain("FORCE", "needs the vertical force, N = 1")
     if controls["FORCE"] != 0 and controls["TANG"] == 0:

@@ -10,11 +10,14 @@ from typing import Any
 
 from varcontact.errors import NoContact, SceneError, VarcontactError
 from varcontact.wheel_rail.contact_input import RailSprings, WheelCase
+from varcontact.wheel_rail.history import wheel_on_rail_history
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.patches import joined, tangent_of
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
+Way = Callable[[WheelOnRail, WheelRailSolution | None], WheelRailSolution]
+"""A way in which a wheel is solved, from a solution near it."""
 CREEP_MAX = 0.03
 """Creepages between which a longitudinal force is sought."""
 CREEP_TOL = 1e-8
@@ -35,31 +38,54 @@ class WheelRun:
 
 
 def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
-    """Solve the wheels of cases in their order."""
+    """Solve the wheels of cases in their order; a step in time begins with the tractions of the
+    case before.
+    """
+    solved: dict[int, WheelRailSolution] = {}
     for case in cases:
         if case.wheel is None:
             yield WheelRun(case, reason=case.reason)
             continue
+        if case.before is not None and case.before.number not in solved:
+            yield WheelRun(case, reason=f"goes on from case {case.before.number}, not solved")
+            continue
         try:
-            solution = _solved(case)
+            solution = _solved(case, _way(case, solved))
             _check_angles(case, solution)
         except VarcontactError as error:
             yield WheelRun(case, reason=str(error))
             continue
+        solved[case.number] = solution
         yield WheelRun(case, solution, "", [values_of(patch) for patch in solution.patches])
 
 
-def _solved(case: WheelCase) -> WheelRailSolution:
+def _way(case: WheelCase, solved: Mapping[int, WheelRailSolution]) -> Way:
+    """The way in which wheels of a case are solved: in steady rolling, or as a step in time."""
+    rolled = case.rolled
+    if rolled is None:
+        return lambda wheel, near: wheel.solve(certify="none", start=near)
+    before = None
+    if case.before is not None:
+        before = solved[case.before.number]
+
+    def in_time(wheel: WheelOnRail, near: WheelRailSolution | None) -> WheelRailSolution:
+        (step,) = wheel_on_rail_history([wheel], rolled=rolled, start=before, certify="none")
+        return step
+
+    return in_time
+
+
+def _solved(case: WheelCase, way: Way) -> WheelRailSolution:
     """The wheel of a case, with the motion or the place of the rail that gives its forces."""
     wheel = case.wheel
     assert wheel is not None
     if case.longitudinal_force is not None:
-        return _with_pitch_rate(wheel, _along_wheel_set, "FX", case.longitudinal_force)
+        return _with_pitch_rate(wheel, way, _along_wheel_set, "FX", case.longitudinal_force)
     if case.axle_moment is not None:
-        return _with_pitch_rate(wheel, _about_axle, "MY", case.axle_moment)
+        return _with_pitch_rate(wheel, way, _about_axle, "MY", case.axle_moment)
     if case.springs is not None:
-        return _on_springs(wheel, case.springs)
-    return wheel.solve(certify="none")
+        return _on_springs(wheel, way, case.springs)
+    return way(wheel, None)
 
 
 def _along_wheel_set(solution: WheelRailSolution) -> float:
@@ -73,14 +99,18 @@ def _about_axle(solution: WheelRailSolution) -> float:
 
 
 def _with_pitch_rate(
-    wheel: WheelOnRail, quantity: Callable[[WheelRailSolution], float], name: str, goal: float
+    wheel: WheelOnRail,
+    way: Way,
+    quantity: Callable[[WheelRailSolution], float],
+    name: str,
+    goal: float,
 ) -> WheelRailSolution:
     """A wheel, with the pitch rate with which a quantity is as given."""
     rolling = -wheel.velocity.speed / wheel.wheelset.radius
 
     def solved(creep: float, near: WheelRailSolution | None) -> WheelRailSolution:
         velocity = replace(wheel.velocity, pitch_rate=rolling * (1 + creep))
-        return replace(wheel, velocity=velocity).solve(certify="none", start=near)
+        return way(replace(wheel, velocity=velocity), near)
 
     def excess(creep: float, solution: WheelRailSolution) -> float:
         return quantity(solution) - goal
@@ -91,7 +121,7 @@ def _with_pitch_rate(
     return search.root(-CREEP_MAX, CREEP_MAX, CREEP_TOL)
 
 
-def _on_springs(wheel: WheelOnRail, springs: RailSprings) -> WheelRailSolution:
+def _on_springs(wheel: WheelOnRail, way: Way, springs: RailSprings) -> WheelRailSolution:
     """A wheel, with the deflection at which the springs carry the forces on the rail.
 
     The force of the springs is the preload less stiffness times deflection.
@@ -100,7 +130,8 @@ def _on_springs(wheel: WheelOnRail, springs: RailSprings) -> WheelRailSolution:
     preload, _ = springs.preload
 
     def solved(deflection: float, near: WheelRailSolution | None) -> WheelRailSolution:
-        return _on_vertical_spring(_with_rail_moved(wheel, deflection, 0.0), springs, near)
+        moved = _with_rail_moved(wheel, deflection, 0.0)
+        return _on_vertical_spring(moved, way, springs, near)
 
     def excess(deflection: float, solution: WheelRailSolution) -> float:
         return float(solution.force[1]) + preload - stiffness * deflection
@@ -118,7 +149,7 @@ def _on_springs(wheel: WheelOnRail, springs: RailSprings) -> WheelRailSolution:
 
 
 def _on_vertical_spring(
-    wheel: WheelOnRail, springs: RailSprings, near: WheelRailSolution | None
+    wheel: WheelOnRail, way: Way, springs: RailSprings, near: WheelRailSolution | None
 ) -> WheelRailSolution:
     """A wheel with the vertical deflection of its rail."""
     _, stiffness = springs.stiffness
@@ -127,7 +158,7 @@ def _on_vertical_spring(
         lowered = 0.0
         if stiffness > 0:
             lowered = (wheel.vertical_force + preload) / stiffness
-        return _with_rail_moved(wheel, 0.0, lowered).solve(certify="none", start=near)
+        return way(_with_rail_moved(wheel, 0.0, lowered), near)
     assert wheel.z is not None
     highest = preload / stiffness
     touching = wheel.z - wheel.touching
@@ -135,7 +166,7 @@ def _on_vertical_spring(
         raise NoContact("z", wheel.z, f"more than {wheel.touching + highest:.6g} mm")
 
     def solved(deflection: float, near: WheelRailSolution | None) -> WheelRailSolution:
-        return _with_rail_moved(wheel, 0.0, deflection).solve(certify="none", start=near)
+        return way(_with_rail_moved(wheel, 0.0, deflection), near)
 
     def excess(deflection: float, solution: WheelRailSolution) -> float:
         return float(solution.force[2]) + preload - stiffness * deflection

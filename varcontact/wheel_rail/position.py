@@ -71,7 +71,10 @@ class Position(
 
 @dataclass(frozen=True, kw_only=True)
 class Velocity(
-    checks.Checked, path="velocity", speed=checks.positive, **dict.fromkeys(RATES, checks.number)
+    checks.Checked,
+    path="velocity",
+    speed=checks.at_least_zero,
+    **dict.fromkeys(RATES, checks.number),
 ):
     """Velocities of a wheel set.
 
@@ -79,7 +82,7 @@ class Velocity(
     ----------
     speed : float
         Along the track [mm/s]. Creepages depend only on the ratios of
-        velocities to it.
+        velocities to it; 0 in shifts alone, see `wheel_on_rail_history`.
     pitch_rate : float, optional
         About the axle [rad/s], negative in rolling forward, 0 of a locked
         wheel; -speed by the nominal radius if not given.
@@ -91,8 +94,8 @@ class Velocity(
     Raises
     ------
     SceneError
-        If a number is not finite, the speed is not positive, or the pitch rate
-        is.
+        If a number is not finite, the speed is negative, or the pitch rate is
+        positive.
     """
 
     _words: ClassVar = {

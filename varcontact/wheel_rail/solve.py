@@ -79,7 +79,7 @@ def solve_wheels_on_rails(
         # pressures at the next height of each
         proposed: list[list[ContactOnGrid]] = []
         for each in going:
-            with _without_doubts():
+            with without_doubts():
                 proposed.append(each.propose())
             yield from each.new_answers()
         # tractions of all
@@ -87,7 +87,7 @@ def solve_wheels_on_rails(
         settled = with_tractions_batched(contacts) if together else contacts
         # forces, which tell the heights after
         for each, own in zip(going, proposed, strict=True):
-            with _without_doubts():
+            with without_doubts():
                 each.learn([settled.pop(0) for _ in own])
             yield from each.new_answers()
         going = [each for each in going if not each.done]
@@ -103,7 +103,7 @@ def _parts(cases: Sequence[WheelGeometry]) -> list[dict[int, WheelGeometry]]:
 
 
 @contextmanager
-def _without_doubts() -> Iterator[None]:
+def without_doubts() -> Iterator[None]:
     """Plausibility warnings of scenes of patches are left out: `warn` has them, each once."""
     with one_blas_thread(), catch_warnings():
         simplefilter("ignore", PlausibilityWarning)

@@ -102,8 +102,8 @@ class WheelOnElements:
                 self._press()
                 if not self._search.near:
                     continue
-            if self.by_theory:
-                self._solutions = [_by_theory(each.scene, self._methods) for each in self._patches]
+            self._solutions = self._solved_alone()
+            if self._solutions:
                 self._learn_forces([_force(each) for each in self._solutions])
                 continue
             self._proposed = self._with_pressures()
@@ -167,6 +167,12 @@ class WheelOnElements:
         """
         near = self._near or [each.initial_guess for each in self._frictionless]
         return _contacts(self._scenes, self._methods, near, (), self._frictionless, self._deadline)
+
+    def _solved_alone(self) -> list[Solution]:
+        """Solutions of patches that are not proposed: those of theories."""
+        if not self.by_theory:
+            return []
+        return [_by_theory(scene, self._methods) for scene in self._scenes]
 
     def _solved(self) -> list[ContactOnGrid]:
         near = self._near or [each.initial_guess for each in self._frictionless]
