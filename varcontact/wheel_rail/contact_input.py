@@ -19,6 +19,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.contact_cases import CaseInput, read_cases
+from varcontact.io.contact_grammar import Controls
 from varcontact.io.contact_material import (
     bodies_of,
     friction_law,
@@ -39,7 +40,8 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 SIDES: dict[int, Side] = {0: "left", 1: "right", 4: "left", 5: "right"}
 CONVEX_GS = 2
 """The control digit G of the one solver of CONTACT that takes any DQREL in steady rolling."""
-SHIFT, TRANSIENT = 1, 2
+SHIFT = 1
+TRANSIENT = 2
 """Values of the digit T."""
 CONFORMAL = 4
 BY_ELEMENT = (3, 6)
@@ -369,18 +371,25 @@ def _check_supported(case: CaseInput) -> None:
         _check_roller(case)
     if controls["TANG"] in (SHIFT, TRANSIENT) and controls["DISCNS"] in (CONFORMAL, *BY_ELEMENT):
         controls.complain("DISCNS", "needs steady rolling, T = 3")
-    if controls["FORCE"] in (1, 2) and controls["TANG"] == SHIFT:
-        controls.complain("FORCE", "needs rolling, T = 2 or 3")
-    if controls["FORCE"] in (1, 2) and controls["NORM"] == 0:
-        controls.complain("FORCE", "needs the vertical force, N = 1")
-    if controls["FORCE"] != 0 and controls["TANG"] == 0:
-        controls.complain("FORCE", "needs friction, T = 3")
+    if controls["FORCE"] != 0:
+        _check_forces(controls)
     if controls["MATER"] not in (0, 4):
         controls.complain("MATER", "is not supported; supported: 0 (elastic), 4 (third body)")
     if controls["INFLCF"] == 4 and case.entries["conformal"].integers()[1] != 4:
         group = case.entries["conformal"]
         why = "is not reciprocal, and not supported; supported: 4"
         group.refuse("VARIANT", group.integers()[1], why)
+
+
+def _check_forces(controls: Controls) -> None:
+    """Refuse forces that no motion gives."""
+    if controls["TANG"] == 0:
+        controls.complain("FORCE", "needs friction, T = 3")
+    if controls["FORCE"] in (1, 2):
+        if controls["NORM"] == 0:
+            controls.complain("FORCE", "needs the vertical force, N = 1")
+        if controls["TANG"] == SHIFT:
+            controls.complain("FORCE", "needs rolling, T = 2 or 3")
 
 
 def _forces(case: CaseInput) -> dict[str, Any]:
