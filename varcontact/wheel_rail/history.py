@@ -20,8 +20,8 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
+from varcontact.solving.methods import by_name
 from varcontact.solving.options import CertifyName
-from varcontact.solving.selection import by_name
 from varcontact.solving.solve import solve
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
