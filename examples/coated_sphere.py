@@ -19,7 +19,7 @@ COATINGS = {"soft, G/4": 0.25, "none": 1.0, "hard, 4 G": 4.0}
 
 
 def main(
-    picture: str = "coated_sphere.png", cells: int = 40, thickness: float = 0.05
+    picture: str = "coated_sphere.png", cells: int = 60, thickness: float = 0.05
 ) -> dict[str, vc.Solution]:
     """Solve for each coating and draw pressure and traction along the middle."""
     found, (ax, below) = (

@@ -42,7 +42,7 @@ def force(solution):
     return -solution.force[0] / solution.normal_force
 
 
-def main(picture="falling_friction.png", cells=100, points=12):
+def main(picture="falling_friction.png", cells=100, points=20):
     """Both branches of every law over the creepage; and at one creepage, printed and drawn."""
     # more of them where solutions may be two
     creepages = 5e-5 + 1.45e-3 * np.linspace(0, 1, points) ** 1.5
@@ -70,7 +70,7 @@ def main(picture="falling_friction.png", cells=100, points=12):
 
 def draw(creepages, curves, shown, cells, picture):
     """Creep forces; how far the branches are apart; tractions of both."""
-    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
+    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(10.5, 4), layout="constrained")
     fine = np.linspace(creepages[0], creepages[-1], 30)
     for f, style in ((STATIC, "k:"), (KINETIC, "k--")):
         left.plot(
@@ -83,7 +83,7 @@ def draw(creepages, curves, shown, cells, picture):
     for i, name in enumerate(LAWS):
         stick, slip = curves[name, "stick"], curves[name, "slip"]
         left.plot(1e3 * creepages, stick, f"C{i}-", label=f"{name}, from stick")
-        left.plot(1e3 * creepages, slip, f"C{i}o", ms=4, mfc="none", label=f"{name}, from slip")
+        left.plot(1e3 * creepages, slip, f"C{i}o", ms=3, mfc="none", label=f"{name}, from slip")
         apart = np.where(stick - slip > 1e-6, stick - slip, np.nan)  # below it is the tolerance
         label = name if np.isfinite(apart).any() else f"{name}: one solution"
         middle.semilogy(1e3 * creepages, apart, f"C{i}o-", ms=4, label=label)
@@ -92,13 +92,13 @@ def draw(creepages, curves, shown, cells, picture):
         xlabel="creepage $10^3 v_x$",
         ylabel="from stick less from slip",
         title="Two solutions: $-F_x/F_z$ apart",
-        ylim=(1e-6, 1e-2),
+        ylim=(1e-5, 1e-2),
         xlim=(0.0, 0.7),
     )
     for i, start in enumerate(("stick", "slip")):
         sol = shown["static and kinetic", start]
         x, peak = sol.grid.x / sol.scene.hertz.a, sol.pressure.max()
-        right.plot(x, -sol.traction[0, 0] / peak, f"C{i + 3}.-", ms=4, label=f"from {start}")
+        right.plot(x, -sol.traction[0, 0] / peak, f"C{i + 3}.-", ms=3, label=f"from {start}")
     for f, style in ((STATIC, "k:"), (KINETIC, "k--")):
         right.plot(x, f * sol.pressure[0] / peak, style, lw=1, label=f"{f} $p_z$")
     right.set(xlabel="$x/a$", ylabel="$-p_x/p_0$", title=f"Static and kinetic, $v_x$ = {SHOWN:g}")

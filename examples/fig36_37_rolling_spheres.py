@@ -8,10 +8,10 @@ slab, f = 0.4013, pressed until the contact radius is 3.5 (Spence's compression)
 without creepage in steps of 0.2; steady after almost two contact widths. `cells` elements are as
 long as one of the paper's.
 
-Drawn as in the paper, but from the middle row down: tractions along rows of elements at y = 0, 1,
-2, 3 (they are mirror images in y), px in Fig. 36 and |p| in Fig. 37 with arrows for its direction,
-within the traction bound (dotted, broken), and below the stick and slip areas; a column for each
-distance rolled. The paper prints 3 twice among those of Fig. 36; here the first is 2.
+For each distance rolled two panels. Above, tractions along rows of elements at y = 0, 1, 2, 3 (they
+are mirror images in y), px in Fig. 36 and |p| in Fig. 37, within the traction bound (dotted). Below,
+stick and slip areas with the direction of the tractions. The paper prints 3 twice among the
+distances of Fig. 36; here the first is 2.
 
 The paper's stick radius 2.45 is Cattaneo's formula, a (1 - 0.657)^(1/3). Nine by nine elements
 cannot tell it: they stick where their centres are within it, and 21 centres are within any radius
@@ -33,7 +33,7 @@ from matplotlib.patches import Patch
 
 import varcontact as vc
 from varcontact.plotting.fields import draw_areas
-from varcontact.plotting.style import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
+from varcontact.plotting.style import SLIP_COLOUR, STICK_COLOUR
 
 RADIUS, FRICTION = 3.5, 0.4013
 LOAD = 0.470508  # (7/9)^3, rounded by the paper to 0.4705
@@ -42,6 +42,8 @@ LIKE = vc.Bodies(G=1.0, nu=0.28)
 ON_RIGID = vc.Bodies(G=(2.0, math.inf), nu=(0.0, 0.0))
 SHOWN = {"like": (0, 1, 2, 3, 5, 7), "unlike": (0, 1, 2, 3, 4, 5, 7, 10, 13)}
 ROWS = (0, 1, 2, 3)
+COLOURS = ("#1b1b3a", "#2f6f9f", "#3aa17e", "#c9a227")
+COLUMNS = 3
 
 
 def square(cells: int) -> vc.Grid:
@@ -90,77 +92,57 @@ def after(history: vc.History, distance: float) -> vc.Solution:
     return history[int(np.flatnonzero(np.isclose(history.rolled, distance))[-1])]
 
 
-def draw_row(ax: Axes, sol: vc.Solution, y: float, sign: bool) -> None:
-    """Traction and its bound along the row of elements at y: px with its sign, or |p| with its
-    direction below.
-    """
-    row = int(np.argmin(np.abs(sol.grid.y - y)))
-    inside = sol.state[row] > 0
-    x, (px, py), bound = (
-        sol.grid.x[inside],
-        sol.traction[:, row, inside],
-        sol.traction_bound[row, inside],
-    )
+def draw_rows(ax: Axes, sol: vc.Solution, sign: bool) -> None:
+    """Traction and its bound along the rows of elements at `ROWS`: px with its sign, or |p|."""
     side = -1.0 if sign else 1.0  # px opposes the creepage that the force makes
-    ax.plot(x, side * bound, color="0.4", linestyle=":" if sign else "--", linewidth=1.2)
-    ax.plot(
-        x,
-        px if sign else np.hypot(px, py),
-        "o-",
-        color=TRACTION_COLOUR,
-        markersize=2.5,
-        linewidth=1.2,
-    )
+    for y, colour in zip(ROWS, COLOURS, strict=True):
+        row = int(np.argmin(np.abs(sol.grid.y - y)))
+        inside = sol.state[row] > 0
+        x = sol.grid.x[inside]
+        px, py = sol.traction[:, row, inside]
+        drawn = px if sign else np.hypot(px, py)
+        ax.plot(x, side * sol.traction_bound[row, inside], ":", color=colour, linewidth=1.2)
+        ax.plot(x, drawn, "o-", color=colour, markersize=3, linewidth=1.2, label=f"y = {y}")
     ax.axhline(0, color="k", linewidth=0.5)
-    if not sign:
-        # an arrow for each of the paper's elements
-        some = slice(None, None, max(1, round(1 / sol.grid.sides[0])))
-        size = np.where(np.hypot(px, py) > 0, np.hypot(px, py), 1.0)
-        below = np.full(x.size, -0.12 * sol.traction_bound.max())
-        arrows = {"angles": "uv", "pivot": "mid", "scale": 9, "width": 0.014, "headwidth": 4}
-        ax.quiver(
-            x[some],
-            below[some],
-            (px / size)[some],
-            (py / size)[some],
-            color=TRACTION_COLOUR,
-            **arrows,
-        )
 
 
 def draw(history: vc.History, distances: tuple[int, ...], sign: bool) -> Figure:
-    """A column for each distance rolled: tractions row by row, and below them the areas."""
-    layout = {"height_ratios": (2, 2, 2, 2, 2.6), "hspace": 0.15, "wspace": 0.3}
-    size = (2.6 * len(distances), 11.5)
-    figure, axes = plt.subplots(len(ROWS) + 1, len(distances), figsize=size, gridspec_kw=layout)
-    figure.subplots_adjust(left=1.0 / size[0], right=1 - 0.2 / size[0], bottom=0.09, top=0.96)
+    """A block for each distance rolled, three in a line: tractions, and below them the areas."""
+    lines = math.ceil(len(distances) / COLUMNS)
+    figure = plt.figure(figsize=(9.6, 5.6 * lines + 0.5), layout="constrained")
+    grid = figure.add_gridspec(2 * lines, COLUMNS, height_ratios=(1.0, 1.15) * lines)
+    places = [(2 * (k // COLUMNS), k % COLUMNS) for k in range(len(distances))]
+    panels = [figure.add_subplot(grid[place]) for place in places]
+    maps = [figure.add_subplot(grid[line + 1, column]) for line, column in places]
     shown = [after(history, distance) for distance in distances]
     most = 1.08 * max(float(sol.traction_bound.max()) for sol in shown)
-    for column, sol, distance in zip(axes.T, shown, distances, strict=True):
-        for ax, y in zip(column, ROWS, strict=False):
-            draw_row(ax, sol, y, sign)
-            ax.set(
-                xlim=(-RADIUS - 0.5, RADIUS + 0.5),
-                ylim=(-most, 0.12 * most) if sign else (-0.25 * most, most),
-            )
-            ax.label_outer()
-        column[0].set_title(f"Vt = {distance}")
-        draw_areas(column[-1], sol)
-        column[-1].set(
+    for ax, areas, sol, distance in zip(panels, maps, shown, distances, strict=True):
+        draw_rows(ax, sol, sign)
+        ax.set(
+            xlim=(-4.5, 4.5),
+            ylim=(-most, 0.1 * most) if sign else (-0.1 * most, most),
+            title=f"Vt = {distance}",
+        )
+        draw_areas(areas, sol)
+        areas.set(
             title=f"$F_x$ = {sol.force[0]:.4f}",
             xlabel="x",
             ylabel="",
             xlim=(-4.5, 4.5),
             ylim=(-4.5, 4.5),
         )
-        column[-1].get_legend().remove()
-    for ax, y in zip(axes[:, 0], ROWS, strict=False):
-        ax.set_ylabel(f"{'$p_x$' if sign else '$|p|$'} at y = {y}")
-    areas = [
+        areas.get_legend().remove()
+    for ax in panels[::COLUMNS]:
+        ax.set_ylabel("$p_x$" if sign else "$|p|$")
+    for ax in maps[::COLUMNS]:
+        ax.set_ylabel("y")
+    handles, labels = panels[0].get_legend_handles_labels()
+    handles += [
         Patch(color=STICK_COLOUR, label="stick (A)"),
         Patch(color=SLIP_COLOUR, label="slip (S)"),
     ]
-    figure.legend(handles=areas, loc="lower center", ncols=2, frameon=False)
+    labels += ["stick (A)", "slip (S)"]
+    figure.legend(handles, labels, loc="outside lower center", ncols=6, frameon=False)
     return figure
 
 
@@ -210,8 +192,8 @@ def main(folder: str = ".", cells: int = 3) -> dict[str, float]:
     }
     for name, value in numbers.items():
         print(f"{name:<50}{value:8.4f}")
-    draw(like, SHOWN["like"], sign=True).savefig(Path(folder) / "fig36.png", dpi=80)
-    draw(unlike, SHOWN["unlike"], sign=False).savefig(Path(folder) / "fig37.png", dpi=80)
+    draw(like, SHOWN["like"], sign=True).savefig(Path(folder) / "fig36.png", dpi=110)
+    draw(unlike, SHOWN["unlike"], sign=False).savefig(Path(folder) / "fig37.png", dpi=110)
     plt.close("all")
     return numbers
 

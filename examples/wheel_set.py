@@ -73,7 +73,10 @@ def case_a(picture: Path, exact_at: np.ndarray, fast_at: np.ndarray) -> dict[str
         main = [max(each.patches, key=lambda patch: patch.force[2]) for each in fast]
         exact = [wheel(side, y).solve() for y in exact_at]
         bearing = [max(each.patches, key=lambda patch: patch.normal_force) for each in exact]
-        radii[side] = np.array([each.patch.rolling_radius for each in bearing])
+        radii[side] = [
+            np.array([each.rolling_radius for each in main]),
+            np.array([each.patch.rolling_radius for each in bearing]),
+        ]
         lines = [
             [TRACK.on_rail(each.frame.origin[1:], side)[0] for each in main],
             [1e3 * each.angle for each in main],
@@ -102,7 +105,9 @@ def case_a(picture: Path, exact_at: np.ndarray, fast_at: np.ndarray) -> dict[str
         compared[side] = np.hypot(*(both[0] - both[1]).T) / (
             0.3 * np.array([each.normal_force for each in bearing])
         )
-    panels[names[5]].plot(exact_at, radii["right"] - radii["left"], "ko-", markersize=4)
+    difference = [right - left for left, right in zip(radii["left"], radii["right"], strict=True)]
+    panels[names[5]].plot(fast_at, difference[0], "k")
+    panels[names[5]].plot(exact_at, difference[1], "ko", markersize=4)
     for name, ax in panels.items():
         ax.set(ylabel=name, xlabel="Lateral displacement [mm]")
     handles, labels = panels[names[0]].get_legend_handles_labels()

@@ -51,6 +51,15 @@ SMALLER = {
     "wheel_set": "exact_at=(0.0, 4.0, 8.0), distance=100e3",
 }
 """Arguments of the examples that take longer than a few seconds."""
+CARD_PANELS = {
+    "aluminium_on_steel": 1,
+    "fig21_spin": 1,
+    "spheres_shift": 2,
+    "wheel_on_rail": 1,
+    "temperature": 2,
+    "pin_in_hole": 1,
+}
+"""Panels that cards show where it is not the first one, which for several would be a pressure."""
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MPLBACKEND": "Agg"}
 
 
@@ -171,15 +180,16 @@ def card(example: Example, picture: str | None) -> str:
     return f"{head}:link-type: doc\n{image}:::\n"
 
 
-def first_panel(picture: np.ndarray) -> np.ndarray:
-    """The first large panel of a picture, cut out at blank bands."""
+def panel(picture: np.ndarray, number: int = 0) -> np.ndarray:
+    """A large panel of a picture, cut out at blank bands; the first, or another one of its row."""
     band = BAND * min(picture.shape[:2])
-    for axis in (1, 0, 1, 0):
+    for axis, wanted in ((1, number), (0, 0), (1, 0), (0, 0)):
         inked = np.flatnonzero((picture[..., :3] < 0.97).any(axis=(2, 1 - axis)))
         ends = np.flatnonzero(np.diff(inked) > band)
         begins, ends = inked[[0, *(ends + 1)]], inked[[*ends, -1]] + 1
         sizes = ends - begins
-        first = int(np.argmax(sizes > 0.5 * sizes.max()))
+        large = np.flatnonzero(sizes > 0.5 * sizes.max())
+        first = int(large[min(wanted, large.size - 1)])
         picture = picture.take(range(begins[first], ends[first]), axis)
     return picture
 
@@ -199,7 +209,8 @@ def show(example: Example, made: Path, gallery: Path) -> str:
         return card(example, None)
     thumbnail = made / "thumbnails" / f"{example.name}.png"
     thumbnail.parent.mkdir(parents=True, exist_ok=True)
-    matplotlib.image.imsave(thumbnail, first_panel(matplotlib.image.imread(gallery / pictures[0])))
+    picture = matplotlib.image.imread(gallery / pictures[0])
+    matplotlib.image.imsave(thumbnail, panel(picture, CARD_PANELS.get(example.name, 0)))
     return card(example, f"../made/thumbnails/{example.name}.png")
 
 
