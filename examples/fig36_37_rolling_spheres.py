@@ -9,7 +9,7 @@ without creepage in steps of 0.2; steady after almost two contact widths. `cells
 long as one of the paper's.
 
 For each distance rolled two panels. Above, tractions along rows of elements at y = 0, 1, 2, 3 (they
-are mirror images in y), px in Fig. 36 and |p| in Fig. 37, within the traction bound (dotted). Below,
+are mirror images in y), px in Fig. 36 and |p| in Fig. 37, within the bound (dotted). Below,
 stick and slip areas with the direction of the tractions. The paper prints 3 twice among the
 distances of Fig. 36; here the first is 2.
 
