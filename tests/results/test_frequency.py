@@ -126,7 +126,7 @@ def test_slow_swings_are_the_sensitivity(bodies, friction):
     slope = sol.sensitivity()
     for each in response.values[:, :2, :3]:
         np.testing.assert_allclose(each, slope, atol=1e-5 * np.abs(slope).max())
-    assert ("normal_force" in response.inputs) == (friction != np.inf)
+    assert ("normal_force" in response.inputs) == (friction != np.inf and bodies == LIKE)
 
 
 def test_what_a_solution_is_by_default_responds_as_fine_elements_do():
@@ -210,6 +210,26 @@ def test_creepage_by_load_at_constant_force(part, expected):
         errors.append(abs(slope / expected - 1))
     assert errors[1] < 0.007
     assert errors[1] < 0.7 * errors[0]
+
+
+@pytest.mark.parametrize("order", ["first-order", "second-order"])
+def test_a_slow_swing_of_the_load_moves_the_leading_edge(order):
+    """Near the derivative on a grid that follows Hertz's ellipse, by both slip differences."""
+    motion = dataclasses.replace(STEADY, slip_difference=order, spin_offset=0.0)
+    ellipse = ball(24, motion=motion).scene
+    sphere = vc.Paraboloids(ellipse.hertz.Rx, ellipse.hertz.Ry)
+    sol = vc.solve(dataclasses.replace(ellipse, surface=sphere), tol=1e-11)
+    found = sol.frequency_response(0.0).of("Fx", "normal_force")[0].real
+    expected = float(sol.gradient("Fx", "normal_force", edge="following").normal_force)
+    assert found == pytest.approx(expected, rel=0.12)
+
+
+def test_unlike_bodies_have_no_response_to_the_load():
+    """How tractions enter at a moving edge of unlike bodies is not known."""
+    sol = ball(bodies=UNLIKE)
+    assert sol.frequency_response(0.0).inputs == ("vx", "vy", "spin")
+    with pytest.raises(vc.SceneError, match="bodies"):
+        vc.corrugation_growth(sol, 1.0)
 
 
 def test_full_slip_follows_the_load():

@@ -28,7 +28,7 @@ from varcontact.discrete.stick_slip import SLIP, STICK
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NotConverged
 from varcontact.gradients.contact_fields import ContactFields
-from varcontact.results.linearised import entering_tractions
+from varcontact.results.linearised import moving_edge
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady
 from varcontact.solvers.newton.gcr import Forces
@@ -36,7 +36,6 @@ from varcontact.solvers.newton.kernel import kernel, unit
 from varcontact.solvers.newton.normal import NormalConditions
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
 from varcontact.system.process import lazy_property
-from varcontact.transports import DIFFERENCES
 
 TOL = 1e-9
 """Residual of the transposed problem, relative to its right-hand side."""
@@ -324,27 +323,12 @@ def _with_moving_edge(
 ) -> tuple[HeldAreas, MovingEdge]:
     """Areas and edge with the tractions that particles bring in at a moving leading edge."""
     shape = solution.grid.shape
-    bounded = areas.stick | areas.slip
-    entering, leading, thin = (
-        each.reshape(*each.shape[:-1], *shape) for each in entering_tractions(solution, bounded)
-    )
-    thin = thin & areas.slip
-
-    # columns that the slip difference reaches over
-    ahead = max(ago for ago, _ in DIFFERENCES[fields.disc.transport.difference])
-    columns = ahead * fields.rolled / solution.grid.sides[0]
-    columns = min(max(int(np.ceil(columns - 1e-9)), 1), solution.grid.nx - 1)
-
-    # elements behind the edge, by the columns that are left to its far side
-    reaching = []
-    for k in range(columns):
-        here = np.pad((leading | thin)[:, k:], ((0, 0), (0, k)))
-        back = columns - k
-        stick_there = np.pad(areas.stick[:, :-back], ((0, 0), (back, 0)))
-        reaching.append((here & areas.stick & stick_there, back))
-
+    entering, reaching, thin = moving_edge(solution, fields.disc, areas.stick | areas.slip)
+    entering = entering.reshape(2, *shape)
+    thin = thin.reshape(shape)
+    columns = tuple((elements.reshape(shape), count) for elements, count in reaching)
     growing = np.where(thin, entering, areas.growing)
-    return replace(areas, growing=growing), MovingEdge(entering, tuple(reaching))
+    return replace(areas, growing=growing), MovingEdge(entering, columns)
 
 
 class _TransposedSystem:

@@ -50,10 +50,11 @@ class FrequencyResponse:
         "Fx", "Fy", in three dimensions "Mz"; with the pressure "Fz" and
         "approach".
     inputs : tuple of str
-        "vx", "vy", in three dimensions "spin"; on a grid whose elements count
-        by their centres, and unless friction is infinite, "normal_force" (or
-        "approach", where the scene prescribes that), and "roughness": a height
-        ``r exp(i k (x + q))`` [length] that closes the gap.
+        "vx", "vy", in three dimensions "spin"; of like bodies on a grid whose
+        elements count by their centres, and unless friction is infinite,
+        "normal_force" (or "approach", where the scene prescribes that), and
+        "roughness": a height ``r exp(i k (x + q))`` [length] that closes the
+        gap.
     scene : Scene
         That of the solution.
 
@@ -350,8 +351,8 @@ def corrugation_growth(
     ------
     SceneError
         For wavelengths the elements do not resolve, receptances that are not
-        finite or do not cover the frequencies, without slip, and for solutions
-        that `Solution.frequency_response` refuses.
+        finite or do not cover the frequencies, without slip, of unlike bodies,
+        and for solutions that `Solution.frequency_response` refuses.
 
     Notes
     -----
@@ -412,13 +413,12 @@ def corrugation_growth(
 
 
 def _check_corrugation(problem: Linearised) -> None:
-    """Refuse contacts without slip, and unlike bodies with parts of the contact free of
-    friction.
-    """
+    """Refuse contacts without slip, and unlike bodies."""
+    if problem.disc.K != 0:
+        allowed = "like (K = 0): the response of unlike ones to roughness is not known"
+        raise SceneError("bodies", f"K = {problem.disc.K:.3g}", allowed)
     if "roughness" not in problem.inputs or problem.slip.size == 0:
         raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
-    if problem.disc.K != 0 and problem.with_pressure.size != problem.stick.size + problem.slip.size:
-        raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
 
 
 def _wear_and_load(
