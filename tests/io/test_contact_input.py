@@ -12,6 +12,7 @@ import pytest
 import varcontact as vc
 from tests.command import assert_bad_input, run
 from tests.scenes import refused
+from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.reference.bufler import bufler
 
 DATA = Path(__file__).parent.parent / "data" / "contact"
@@ -323,14 +324,13 @@ def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
 
 @pytest.mark.parametrize(("old", "new", "words"), [
     (" 3  MODULE\n 2", " 2  MODULE\n 2", "line 2: MODULE = 2 is not supported; supported: 1 (wheel on rail), 3 (basic"),
-    (" 203100 ", " 213100 ", "line 3: B (BOUND) = 1 is not supported: a thin sheet that gives way is not modelled; sup"),
     (" 203100 ", " 204100 ", "line 3: T (TANG) = 4 is not supported; supported: 0 (no tangential problem), 1"),
     (" 203100 ", " 223100 ", "line 3: B (BOUND) = 2 needs a Hertzian contact, IPOTCN < 0"),
-    (" 203100 ", " 302100 ", "line 3: P (PVTIME) = 3 is not supported; supported: 0 (continues the case before)"),
+    (" 203100 ", " 402100 ", "line 3: P (PVTIME) = 4 is not supported; supported: 0 (continues the case before)"),
     (" 022020 ", " 722020 ", "line 4: L (FRCLAW) = 7 is not supported; supported: 0 (Coulomb), 1 (as before)"),
     (" 022020 ", " 032020 ", "line 4: D (DISCNS) = 3 is not supported"),
     (" 022020 ", " 023020 ", "line 4: C (INFLCF) = 3 is not supported: tractions are constant on elements here;"),
-    (" 022020 ", " 029020 ", "line 4: C (INFLCF) = 9 is not supported: a file of influence numbers by finite"),
+    (" 022020 ", " 029020 ", "line 10: CFNAME = '0.28' is not a name in quotes"),
     (" 022020 ", " 022620 ", "line 4: M (MATER) = 6 is not supported; supported: 0 (elastic)"),
     (" 022020 ", " 022220 ", "line 11: K0_MF = 'IPOTCN' is not a number"),
     (" 022020 ", " 022029 ", "ends before 24 values of EXRHS"),
@@ -426,3 +426,117 @@ def test_one_row_has_rows_without_contact_beside_it(tmp_path, length):
     sol = vc.solve(scene)
     assert not sol.pressure[[0, 2]].any()
     assert sol.normal_force == pytest.approx(1000.0)
+
+
+RECTANGLE = """ {potential}   IPOTCN
+ 24 9 {sizes} 1.2   MX, MY, SIZES, SCALE
+"""
+
+
+@pytest.mark.parametrize(
+    ("bound", "potential", "sizes", "peak"),
+    [
+        (2, -5, "1.5 2.0", 2 / (np.pi * 1.5 * 4.0)),
+        (3, -5, "1.5 2.0", 3 / (4 * 1.5 * 4.0)),
+        (4, -6, "1.5 1.0 3.0", 3 / (2 * np.pi * 1.5 * 2.0)),
+        (3, -3, "1.5 2.0", 2 / (np.pi * 1.5 * 2.0)),
+    ],
+)
+def test_prescribed_pressures(tmp_path, bound, potential, sizes, peak):
+    """Of two-dimensional Hertz's contact, two half-ellipses and a paraboloid: the guide, 4.3."""
+    changes = [
+        (SURFACE, RECTANGLE.format(potential=potential, sizes=sizes)),
+        (" 203100 ", f" 2{bound}3100 "),
+    ]
+    (scene,) = read(tmp_path, *changes)
+    pressure = vc.solve(replace(scene, motion=None, friction=None)).pressure
+    y, x = np.meshgrid(scene.grid.y, scene.grid.x / 1.5, indexing="ij")
+    if potential == -5:
+        inside = (1 - x**2) * (np.abs(y) < 2.0)
+    elif potential == -6:
+        y = y + 1.0  # the half-ellipses meet at (bneg - bpos)/2
+        inside = 1 - x**2 - np.where(y > 0, y / 3.0, y) ** 2
+    else:
+        inside = 1 - x**2 - (y / 2.0) ** 2
+    form = np.maximum(inside, 0.0) ** (1.0 if bound == 3 else 0.5)
+    np.testing.assert_allclose(pressure, 1000.0 * peak * form, atol=1e-6 * 1000.0 * peak)
+    assert pressure.sum() * scene.grid.area == pytest.approx(1000.0, rel=0.03)
+
+
+def test_a_cylinder_of_finite_length_has_hertz_half_width(tmp_path):
+    """IPOTCN = -4: the curvature A1 = 1/(2 R), the load per length FN/(2 BB)."""
+    by_curvature = RECTANGLE.format(potential=-4, sizes="0.01 2.0")
+    (scene,) = read(tmp_path, (SURFACE, by_curvature), (" 203100 ", " 223100 "))
+    line = vc.Scene(
+        bodies=scene.bodies, surface=vc.Cylinders(R=50.0), normal_force=250.0, grid=vc.Grid(nx=9)
+    )
+    assert scene.grid.box[1] == pytest.approx(1.2 * line.hertz.a)
+
+
+def test_prescribed_pressures_are_refused_by_name(tmp_path):
+    for potential, bound, words in [
+        (-5, 0, "IPOTCN = -5 needs B = 2 or 3"),
+        (-6, 2, "IPOTCN = -6 needs B = 4"),
+        (-3, 4, "B (BOUND) = 4 needs two half-ellipses, IPOTCN = -6"),
+        (-3, 1, "B (BOUND) = 1 needs a contact by its distance"),
+    ]:
+        sizes = "1.5 1.0 3.0" if potential == -6 else "1.5 2.0"
+        changes = [
+            (SURFACE, RECTANGLE.format(potential=potential, sizes=sizes)),
+            (" 203100 ", f" 2{bound}3100 "),
+        ]
+        if bound == 1:
+            changes.append((" 82000. 82000. ", " 82000. 82000.\n 1e-5  FLX_Z\n%"))
+        refused(lambda changes=changes: read(tmp_path, *changes), words=words)
+
+
+def test_a_thin_sheet_gives_way(tmp_path):
+    """B = 1: half-spaces with a sheet whose elements give way by FLX_Z times their own pressure."""
+    sheet = (" 82000. 82000. ", " 82000. 82000.\n 2e-6  FLX_Z\n%")
+    (scene,) = read(tmp_path, (" 203100 ", " 213100 "), sheet)
+    sheeted = vc.solve(scene)
+    (pressed,) = read(tmp_path)  # half-spaces on a distance that the sheet makes smaller
+    own = replace(pressed.surface, h=pressed.surface.h + 2e-6 * sheeted.pressure)
+    load = {"normal_force": None, "approach": sheeted.approach}
+    without = vc.solve(replace(pressed, surface=own, **load))
+    np.testing.assert_allclose(without.pressure, sheeted.pressure, atol=1e-4)
+    assert without.force == pytest.approx(sheeted.force, rel=1e-4)
+    assert sheeted.approach > vc.solve(pressed).approach
+
+
+def test_influence_numbers_of_a_file(tmp_path):
+    """C = 9: those of half-spaces in a file are half-spaces."""
+    (bare,) = read(tmp_path)
+    grid = bare.grid
+    nx, ny = grid.nx + 1, grid.rows
+    dx, dy = grid.sides
+    x = dx * np.arange(nx)
+    pairs = ("zz", "zx", "zy", "xz", "xx", "xy", "yz", "yx", "yy")
+    lines = ["1 2", "0 312", "1 0", f"{nx} {ny} {dx!r} {dy!r}"]
+    for j in range(1 - ny, ny):
+        numbers = influence_numbers(x, j * dy, dx, dy, nu=0.28, components=pairs)
+        lines += [f"% {j}", "% numbers"]
+        for i in range(nx):
+            row = " ".join(repr(float(numbers[pair][i])) for pair in pairs)
+            lines.append(f"{i} {float(x[i])!r} {row}")
+    (tmp_path / "numbers.txt").write_text("\n".join(lines) + "\n")
+    velocity = "5000.              CHI, DQ, VELOC"
+    named = (velocity, f"{velocity}\n 'numbers.txt'  CFNAME")
+    (scene,) = read(tmp_path, (" 022020 ", " 029020 "), named)
+    forces = [vc.solve(each).force for each in (scene, bare)]
+    np.testing.assert_allclose(forces[0], forces[1], rtol=1e-6)
+    missing = (velocity, f"{velocity}\n 'none.txt'  CFNAME")
+    refused(lambda: read(tmp_path, (" 022020 ", " 029020 "), missing), words="line 10: ")
+    other = (" 4 3   -1.0 -0.6  0.5 0.4", " 4 3   -1.0 -0.6  0.25 0.4")
+    refused(lambda: read(tmp_path, (" 022020 ", " 029020 "), named, other), words="sides")
+
+
+def test_a_case_may_be_an_iteration_of_the_one_before(tmp_path):
+    """P = 3: it goes on from the tractions that the case before went on from."""
+    first = CASE.replace(" 203100 ", " 202100 ")
+    more = first[: first.index(" 0  MODULE")]
+    text = more + more.replace(" 202100 ", " 002100 ") + more.replace(" 202100 ", " 302100 ")
+    path = tmp_path / "case.inp"
+    path.write_text(text + " 0  MODULE\n")
+    before = [case.before and case.before.number for case in vc.read_contact_input(path).cases]
+    assert before == [None, 1, 1]

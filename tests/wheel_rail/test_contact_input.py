@@ -188,6 +188,28 @@ def test_a_roller_in_a_groove_of_a_rig(folder, mirrored):
     assert patch.patch.location[:2] == pytest.approx([0.0, 0.0], abs=0.02)
 
 
+def test_curves_tape_circles_and_near_misses(folder):
+    """CURV = 1/R, positive to the right; NOMRAD is the radius at YTAPE; GAP_MISS < 0 is none."""
+    (wheel,) = read(
+        folder,
+        (TRACK, "   14.0     0     1435.0  0.000 -2e-6 "),
+        ("8.0   4.0 ", "8.0   4.0  12. -1. "),
+    )
+    assert (wheel.track.curve_radius, wheel.turn) == (-5e5, 12.0)
+    (plain,) = read(folder)
+    (taped,) = read(folder, ("  1360.0  -70.0   460.0  ", "  1360.0  -70.0   460.0  10.0  YTAPE "))
+    profile = taped.wheelset.wheel
+    at_tape = taped.wheelset.radius + float(profile.z_at(10.0))
+    assert at_tape == pytest.approx(460.0)
+    at_height = [(" 1203100 ", " 1203000 "), (PLACE, " 0.0 0.0 0.25 0.0 0.0 0.0 ")]
+    (low,) = read(
+        folder, *at_height, ("  1360.0  -70.0   460.0  ", "  1360.0  -70.0   460.0  10.0  YTAPE ")
+    )
+    assert low.z - low.wheelset.radius == pytest.approx(0.25 - 460.0)
+    (beyond,) = read(folder, ("  1360.0  -70.0   460.0  ", "  1360.0  -70.0   460.0  999. "))
+    assert beyond.wheelset.radius == plain.wheelset.radius == 460.0
+
+
 def test_laws_and_no_friction(folder):
     law = ("  0.300   0.300 ", " 0.2 0.1 50. 0. 1.\n 0.0 1.0 ")
     (wheel,) = read(folder, law, (" 0022033 ", " 0222033 "))
@@ -260,7 +282,8 @@ def test_the_older_smoothing_passes_the_same_waves(folder):
     (" 0001331 ", " 0001333 ", "holds no case that is to be calculated"),
     ("8.0   4.0 ", "4.0   8.0 ", "line 3: separate = 4.0 is not allowed: must be at least join, 8 mm"),
     (TRACK, "   14.0     2     1435.0  0.000 ", "line 11: GAUGSQ = 2.0 is not supported"),
-    (TRACK, "   14.0     0     1435.0  0.000 1e-6 ", "line 11: CURV = 1e-6 is not supported: the track here is"),
+    (TRACK, "   14.0     0     1435.0  0.000 1e-2 ", "line 11: track.curve_radius = 100.0 is not allowed"),
+    ("8.0   4.0 ", "8.0   4.0  12. 0.01 ", "line 10: GAP_MISS = 0.01 is not supported: patches are parted where"),
     (TRACK, "   140.     0     1435.0  0.000 ", "line 11: track.gauge_height = 140.0 is not allowed"),
     ("'rail.csv' ", "'rail.slcs' ", "line 12: path "),
     ("'rail.csv' ", "'none.csv' ", "line 12: path "),

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.checks import positive
+from varcontact.discrete.discretisation import discretise
 from varcontact.io.contact_cases import CaseInput
 from varcontact.io.contact_words import Group, lattice, located
 from varcontact.reference.hertz import hertz_ellipse
@@ -16,6 +17,13 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
+
+ELLIPTIC = 2
+PARABOLIC = 3
+TWO_HALVES = 4
+"""Values of the digit B."""
+RECTANGLES = (-4, -5)
+"""Values of IPOTCN."""
 
 
 def elements_of(case: CaseInput) -> Grid:
@@ -135,6 +143,87 @@ def _hertzian_surface(
         shape = hertz_ellipse(second, 1.0, bodies, force=1.0)
         second = first * shape.Rx / shape.Ry
     return Paraboloids(Rx=1 / (2 * positive("A1", first)), Ry=1 / (2 * positive("B1", second)))
+
+
+def pressed(case: CaseInput, bodies: Bodies) -> tuple[SampledDistance, Grid, float]:
+    """The distance under which contact has the pressure that B = 2, 3 or 4 prescribes, the elements
+    of IPOTCN < 0, and the approach.
+
+    Elements beyond that contact are out of reach.
+    """
+    kind: Group
+    group: Group
+    kind, group = case.entries["elements"]
+    (ipotcn,) = kind.integers()
+    nx, ny = (group.count(k) for k in (0, 1))
+    force = case.entries["kinematics"].number(0)
+    scale = group.number(len(group.values) - 1)
+    a, *widths = _semi_axes(ipotcn, group, bodies, force)
+    b = sum(widths) / len(widths)
+    if min(a, *widths, scale, force) <= 0:
+        group.refuse("SCALE", scale, "with these sizes and this load gives no potential contact")
+    sides = (2 * a * scale / nx, 2 * b * scale / ny)
+    grid = lattice(group, nx, ny, sides, (-a * scale, -b * scale))
+    pressure = _prescribed(ipotcn, case.controls["BOUND"], grid, (a, *widths), force)
+    if not pressure.any():
+        group.refuse("MX MY", (nx, ny), "are so few that no element is in contact")
+    displacement = _displacement(bodies, grid, pressure)
+    approach = float(displacement[pressure > 0].max())
+    distance = np.where(pressure > 0, approach - displacement, np.inf)
+    return sampled(distance, grid), grid, approach
+
+
+def _semi_axes(ipotcn: int, group: Group, bodies: Bodies, force: float) -> list[float]:
+    """The half-length, and the half-width or those of both sides."""
+    first, second = group.number(2), group.number(3)
+    if ipotcn == -6:
+        return [first, second, group.number(4)]
+    if ipotcn in (-3, -5):
+        return [first, second]
+    if ipotcn == -4:  # of cylinders, by the load per length
+        modulus = bodies.combined_G / (1 - bodies.combined_nu)
+        squared = force / (np.pi * modulus * positive("A1", first) * positive("BB", second))
+        return [float(np.sqrt(max(squared, 0.0))), second]
+    surface = _hertzian_surface(ipotcn, first, second, bodies)
+    contact = Scene(bodies=bodies, surface=surface, normal_force=force).hertz
+    assert contact is not None
+    return [contact.a, contact.b]
+
+
+def _prescribed(
+    ipotcn: int, bound: int, grid: Grid, axes: tuple[float, ...], force: float
+) -> np.ndarray:
+    """The pressure at the centres of the elements: elliptic or parabolic, over an ellipse, a
+    rectangle or two half-ellipses.
+    """
+    a, *widths = axes
+    b = sum(widths) / len(widths)
+    x = grid.x[None, :] / a
+    y = grid.y[:, None]
+    if ipotcn in RECTANGLES:
+        inside = np.where(np.abs(y) < b, np.maximum(1 - x**2, 0.0), 0.0)
+        means = {PARABOLIC: 2 / 3, ELLIPTIC: np.pi / 4}
+        largest = force / (4 * a * b * means[bound])
+    else:
+        if ipotcn == -6:  # the half-ellipses meet off the middle
+            y = y - (widths[0] - widths[1]) / 2
+            y = np.where(y > 0, y / widths[1], y / widths[0])
+        else:
+            y = y / b
+        inside = np.maximum(1 - x**2 - y**2, 0.0)
+        means = {PARABOLIC: 1 / 2, ELLIPTIC: 2 / 3, TWO_HALVES: 2 / 3}
+        largest = force / (np.pi * a * b * means[bound])
+    if bound == PARABOLIC:
+        return np.asarray(largest * inside)
+    return np.asarray(largest * np.sqrt(inside))
+
+
+def _displacement(bodies: Bodies, grid: Grid, pressure: np.ndarray) -> np.ndarray:
+    """Normal displacement of both bodies together by a pressure."""
+    plane = SampledDistance(np.zeros(grid.shape))
+    disc = discretise(Scene(bodies=bodies, surface=plane, approach=1.0, grid=grid), grid)
+    scaled = pressure[None] / disc.scales.pressure
+    return np.asarray(disc.operators.normal.apply(scaled)[0] * disc.scales.displacement)
 
 
 def ringed(scene: Scene) -> Scene:

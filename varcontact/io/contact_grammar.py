@@ -40,11 +40,12 @@ def _passed_over(letter: str, name: str, section: str, most: int) -> Digit:
 
 
 AS_BEFORE = "as before"
-FINITE_ELEMENTS = "a file of influence numbers by finite elements is not read"
+FINITE_ELEMENTS = "influence numbers of a file are for module 3"
 BILINEAR = "tractions are constant on elements here"
 
 PVTIME = Digit("P", "PVTIME", "4.1", {
     0: "continues the case before", 1: "keeps its pressures alone", 2: "begins anew",
+    3: "as the case before, once more",
 })  # fmt: skip
 STRESS = Digit("S", "STRESS", "4.7", {
     0: "no stresses", 1: "stresses at the points before", 2: "their output anew", 3: "points anew",
@@ -71,9 +72,9 @@ BASIC = (
     (
         PVTIME,
         Digit("B", "BOUND", "4.2", {
-            0: "half-space", 2: "elliptic pressure", 3: "parabolic pressure", 4: "SDEC's pressure",
+            0: "half-space", 1: "a thin sheet that gives way", 2: "elliptic pressure",
+            3: "parabolic pressure", 4: "SDEC's pressure",
         }, {
-            1: "a thin sheet that gives way is not modelled",
             5: "KPEC is a fast theory of CONTACT's own; solve with B = 0",
             6: "ANALYN is a fast theory of CONTACT's own; solve with B = 0",
         }),
@@ -93,8 +94,8 @@ BASIC = (
         Digit("D", "DISCNS", "4.4", {0: AS_BEFORE, 1: "elements anew", 2: "elements read"}),
         Digit("C", "INFLCF", "4.3", {
             0: "material as before", 1: "material as before", 2: "half-space",
-            4: "conformal, by inclinations",
-        }, {3: BILINEAR, 9: FINITE_ELEMENTS}),
+            4: "conformal, by inclinations", 9: "influence numbers of a file",
+        }, {3: BILINEAR}),
         Digit("M", "MATER", "4.3", {
             0: "elastic", 1: "viscoelastic", 2: "FASTSIM, one flexibility",
             3: "FASTSIM, three flexibilities", 4: "third body", 5: "FaStrip",
@@ -558,10 +559,10 @@ WHEEL_LINES = (
     ParameterLine(
         "springs",
         "3.2",
-        "KYRAIL, FYRAIL, KZRAIL, FZRAIL",
+        "KYRAIL, FYRAIL, KZRAIL, FZRAIL, [DYSTEP0]",
         lambda c: c["ZTRACK"] >= 2 and c["FORCE"] == 3,
     ),
-    ParameterLine("wheel set", "3.3", "FBDIST, FBPOS, NOMRAD", _new_wheel),
+    ParameterLine("wheel set", "3.3", "FBDIST, FBPOS, NOMRAD, [YTAPE]", _new_wheel),
     Block("wheel", "3.3", _profile, _new_wheel),
     ParameterLine("position", "3.3", _position, lambda c: c["EWHEEL"] >= 1),
     ParameterLine("velocity", "3.3", _velocity, lambda c: c["EWHEEL"] >= 2),

@@ -22,14 +22,17 @@ from varcontact.io.contact_elements import (
     elements_of,
     hertzian,
     mirrored,
+    pressed,
     ringed,
     sampled,
 )
 from varcontact.io.contact_material import (
     bodies_of,
     friction_of,
+    kept,
     kept_law,
     layer_of,
+    own_elasticity,
     thermal_of,
 )
 from varcontact.io.contact_stresses import points_of
@@ -258,6 +261,8 @@ class _Case:
         # direction, step and velocity; a shift lasts a second
         self.rolling = (1, 0.0, 1.0)
         self.spin_offset: float | None = None
+        # under a prescribed pressure
+        self.approach: float | None = None
 
     def contact_case(self) -> ContactCase:
         """The result."""
@@ -316,15 +321,6 @@ class _Case:
         steady = self.controls["TANG"] == STEADY and self.given.calculated
         return steady and (solver is None or solver.controls["GAUSEI"] != CONVEX_GS)
 
-    def _kept(self, digit: str, keeping: int) -> int:
-        """A digit, or that of the case from which it is kept; 0 where there is none."""
-        case: _Case | None = self
-        while case is not None and case.controls[digit] <= keeping:
-            case = case.before
-        if case is None:
-            return 0
-        return case.controls[digit]
-
     def _roll(self) -> None:
         """Direction, step and velocity of rolling, given or kept."""
         if not self.controls.rolls:
@@ -355,26 +351,45 @@ class _Case:
         kind, _ = self.given.needs("elements", "DISCNS", "the elements", "D = 2")
         (ipotcn,) = kind.integers()
         bound = self.controls["BOUND"]
-        if ipotcn < -3:
-            supported = "-1, -2, -3, 1, 2, 3, 4"
-            kind.refuse("IPOTCN", ipotcn, f"is not supported; supported: {supported}")
         if bound >= 2 and ipotcn > 0:
             self.controls.complain("BOUND", "needs a Hertzian contact, IPOTCN < 0")
         if ipotcn > 0:
             self.grid = elements_of(self.given)
+            self.bodies = own_elasticity(self.given, self.grid) or self.bodies
             self.given.needs("distance", "RZNORM", "an undeformed distance", "Z = 2")
             h = distance_of(self.given, self.grid)
             with located(self.entries["distance"][0]):
                 self.surface: Any = sampled(h, self.grid, **self._inclination())
             return
-        if self.controls["INFLCF"] == 4:
-            kind.refuse("IPOTCN", ipotcn, "of a conformal contact is not supported")
+        own = {4: "a conformal contact", 9: "influence numbers of a file"}
+        if kept(self.given, "INFLCF", 1) in own:
+            of = own[kept(self.given, "INFLCF", 1)]
+            kind.refuse("IPOTCN", ipotcn, f"of {of} is not supported")
+        if self._prescribes(ipotcn):
+            self.surface, self.grid, self.approach = pressed(self.given, self.bodies)
+            return
         if self._keeps_hertz(ipotcn):
             assert self.before is not None
             self.surface = self.before.surface
             self.grid = self.before.grid
             return
         self.surface, self.grid = hertzian(self.given, self.bodies, self._load())
+
+    def _prescribes(self, ipotcn: int) -> bool:
+        """True where B prescribes a pressure that is not that of Hertz's contact."""
+        bound = self.controls["BOUND"]
+        if bound == 1 and ipotcn < 0:
+            self.controls.complain("BOUND", "needs a contact by its distance, IPOTCN > 0")
+        theory = self.controls["MATER"] in (2, 3, 5)
+        if ipotcn >= -3:
+            return bound == 3 and not theory
+        allowed = (2, 3)
+        if ipotcn == -6:
+            allowed = (4,)
+        if bound not in allowed or self.controls["NORM"] == 0 or theory:
+            why = f"needs B = {' or '.join(map(str, allowed))}, N = 1, and no simplified theory"
+            self.entries["elements"][0].refuse("IPOTCN", ipotcn, why)
+        return True
 
     def _keeps_hertz(self, ipotcn: int) -> bool:
         """True where the elements are those of the case before, and so is the surface."""
@@ -389,7 +404,7 @@ class _Case:
 
     def _inclination(self) -> dict[str, Any]:
         """Angles of the rows in conformal contact."""
-        if "conformal" not in self.entries or self._kept("INFLCF", 1) != 4:
+        if "conformal" not in self.entries or kept(self.given, "INFLCF", 1) != 4:
             return {}
         head, pairs = self.entries["conformal"]
         if head.integers()[1] != 4:
@@ -400,6 +415,12 @@ class _Case:
         if np.any(np.diff(places) <= 0):
             pairs.refuse("Y", places[0], "does not ascend in the surface's inclinations")
         return {"inclination": np.interp(self.grid.y, places, angles)}
+
+    def _scene_load(self) -> dict[str, Any]:
+        """The load of the scene: under a prescribed pressure the approach that goes with it."""
+        if self.approach is not None:
+            return {"approach": self.approach}
+        return self._load()
 
     def _load(self) -> dict[str, Any]:
         load = self.entries["kinematics"].number(0)
@@ -415,16 +436,13 @@ class _Case:
             self.methods["normal"] = "newton"
         if kept_law(self.given) in SLIP_LAWS and self._slips_at_first():
             self.methods["start"] = "slip"
-        if bound == 2 and self.bodies.coupled:
+        if bound >= 2 and self.bodies.coupled:
             why = "with unlike bodies is not supported: here their tractions change the pressure"
             self.controls.complain("BOUND", why)
-        if bound == 4:
-            self.controls.complain("BOUND", "is not supported: pressures cannot be given")
+        if bound == 4 and self.approach is None:
+            self.controls.complain("BOUND", "needs two half-ellipses, IPOTCN = -6")
         if material in (2, 3, 5):
             self._choose_theory(bound, material)
-        elif bound == 3:
-            why = "is for the simplified theory, M = 2 or 3, and M is another"
-            self.controls.complain("BOUND", why)
 
     def _slips_at_first(self) -> bool:
         """True where solvers begin with slip all over: INISLP < 0 of G = 2, 3 or 4."""
@@ -479,7 +497,7 @@ class _Case:
         if tang == NO_MOTION:
             if self.bodies.relaxes:
                 self.controls.complain("TANG", "with viscoelastic bodies needs T = 3")
-            return self._made(parts | self._load())
+            return self._made(parts | self._scene_load())
         self._check_continued()
         friction = friction_of(self.given, self.rolling[2], self.grid)
         rigid = self._rigid(friction)
@@ -491,7 +509,7 @@ class _Case:
             parts["motion"] = Shift(**rigid)
         else:
             return self._made(parts | self._step(rigid, friction))
-        return self._made(parts | self._load() | {"friction": friction})
+        return self._made(parts | self._scene_load() | {"friction": friction})
 
     def _check_step(self) -> None:
         """Refuse what only steady rolling has here."""
@@ -506,7 +524,9 @@ class _Case:
         if self.controls["TANG"] == SHIFT:
             direction = 1
             dq = 0.0
-        step: dict[str, Any] = {name: [value] for name, value in (rigid | self._load()).items()}
+        step: dict[str, Any] = {
+            name: [value] for name, value in (rigid | self._scene_load()).items()
+        }
         parts: dict[str, Any] = {}
         if isinstance(friction, np.ndarray):
             parts["friction"] = friction
@@ -610,6 +630,8 @@ class _Case:
             why = "continues a case with other material, which is not supported"
             self.controls.complain("PVTIME", why)
         self.continues = before.result
+        if self.controls["PVTIME"] == 3:
+            self.continues = before.continues
 
 
 def _scenes(cases: Sequence[ContactCase]) -> list[Scene]:

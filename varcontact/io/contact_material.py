@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from varcontact.elasticity.halfspace import influence_numbers
+from varcontact.elasticity.own import Elasticity
 from varcontact.io.contact_cases import CaseInput
 from varcontact.io.contact_words import Group, located
+from varcontact.io.influence_numbers import read_influence_numbers
 from varcontact.scene.bodies import Bodies, Viscoelastic, as_bodies
 from varcontact.scene.friction import ExponentialFalling, Law, LinearFalling, RationalFalling
 from varcontact.scene.friction_laws import FrictionLaw, TemperatureFalling
@@ -21,6 +25,14 @@ FALLING: dict[int, type[Any]] = {
     4: ExponentialFalling,
 }
 """Laws by slip velocity, by the digit L."""
+NUMBERS = 9
+"""Value of the digit C."""
+SHEET = 1
+"""Value of the digit B."""
+ROOM = 4
+"""Elements to which numbers reach beyond those of the contact: for a step of rolling, and a ring of
+elements where the contact reaches the end.
+"""
 VISCOELASTIC = 1
 LAYERED = 4
 """Values of the digit M."""
@@ -28,6 +40,51 @@ WATT = 1000.0
 """In N mm/s."""
 INFINITE_STRENGTH = 1e-10
 """Yield stress of a third body up to which CONTACT takes it for elastic."""
+
+
+def own_elasticity(case: CaseInput, grid: Grid) -> Elasticity | None:
+    """Bodies by influence numbers: those of a file (C = 9), or of half-spaces with a thin sheet
+    between them (B = 1); None of other bodies.
+    """
+    nu1, nu2, G1, G2 = case.entries["material"].numbers()
+    bodies = Bodies(G=(G1, G2), nu=(nu1, nu2))
+    if kept(case, "INFLCF", 1) == NUMBERS:
+        group: Group = case.entries["influence"]
+        file = Path(group.path).parent / group.text(0)
+        with located(group):
+            return read_influence_numbers(file, G=bodies.combined_G)
+    if case.controls["BOUND"] != SHEET:
+        return None
+    group = case.needs("sheet", "BOUND", "a thin sheet", "C = 2")
+    flexibility = group.number(0)
+    if flexibility < 0:
+        group.refuse("FLX_Z", flexibility, "is negative")
+    return _with_sheet(bodies, grid, flexibility)
+
+
+def _with_sheet(bodies: Bodies, grid: Grid, flexibility: float) -> Elasticity:
+    """Half-spaces, and between them what each element gives way by its own pressure alone."""
+    dx, dy = grid.sides
+    columns = grid.nx + ROOM
+    rows = grid.rows + ROOM
+    x = dx * np.arange(1 - columns, columns)
+    y = dy * np.arange(1 - rows, rows)[:, None]
+    constants = {"nu": bodies.combined_nu, "K": bodies.K, "G": bodies.combined_G}
+    pairs = [first + second for first in "xyz" for second in "xyz"]
+    numbers = influence_numbers(x, y, dx, dy, components=pairs, **constants)
+    kernel = np.array([numbers[pair] for pair in pairs]).reshape(3, 3, y.size, x.size)
+    kernel[2, 2, rows - 1, columns - 1] += flexibility
+    return Elasticity(kernel=kernel, sides=(dx, dy))
+
+
+def kept(case: CaseInput, digit: str, keeping: int) -> int:
+    """A digit, or that of the case from which it is kept; 0 where there is none."""
+    found: CaseInput | None = case
+    while found is not None and found.controls[digit] <= keeping:
+        found = found.before
+    if found is None:
+        return 0
+    return found.controls[digit]
 
 
 def bodies_of(case: CaseInput) -> Any:

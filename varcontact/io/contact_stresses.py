@@ -12,7 +12,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.io.contact_words import MOST_BYTES, Group, numbers_of_line, wrong_line
-from varcontact.results.stress import SubsurfaceStress
+from varcontact.results.solution import Solution
+from varcontact.results.stress import SubsurfaceStress, stress
 from varcontact.scene.grid import Grid
 from varcontact.system.files import text_of
 
@@ -71,6 +72,32 @@ def _depths(group: Group) -> np.ndarray:
     if group.names[0] == "NZ":
         return group.number(1) + group.number(2) * np.arange(group.count(0))
     return np.sort(group.numbers())
+
+
+def extremes_below(
+    solution: Solution, blocks: Sequence[np.ndarray], sign: float = 1.0
+) -> tuple[dict[str, float], ...]:
+    """Extremes of stresses at the points of blocks, whose x has a sign; above the contact in the
+    other body.
+    """
+    found = []
+    for points in blocks:
+        x, y, z = points
+        parts: list[dict[str, float]] = []
+        for body, inside in ((1, z >= 0), (2, z < 0)):
+            if inside.any():
+                at = np.stack([sign * x, y, z])[:, inside]
+                parts.append(extremes(stress(solution, at, body=body)))
+        found.append(_widest(parts))
+    return tuple(found)
+
+
+def _widest(parts: list[dict[str, float]]) -> dict[str, float]:
+    """Extremes of both bodies together."""
+    together = parts[0]
+    for other in parts[1:]:
+        together = {name: max(value, other[name], key=abs) for name, value in together.items()}
+    return together
 
 
 def extremes(field: SubsurfaceStress) -> dict[str, float]:

@@ -8,15 +8,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.io.contact_elements import ringed
 from varcontact.io.contact_input import ContactCase
-from varcontact.io.contact_stresses import extremes
+from varcontact.io.contact_stresses import extremes_below
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
-from varcontact.results.stress import stress
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
@@ -77,24 +74,7 @@ def _run(case: ContactCase, solved: dict[int, CaseRun]) -> CaseRun:
 
 def stresses_of(case: ContactCase, solution: Solution) -> tuple[dict[str, float], ...]:
     """Extremes of stresses at the points that the case asks for, by block."""
-    blocks = []
-    for points in case.stress_points:
-        x, y, z = points
-        found: list[dict[str, float]] = []
-        for body, inside in ((1, z >= 0), (2, z < 0)):
-            if inside.any():
-                at = np.stack([_sign(case) * x, y, z])[:, inside]
-                found.append(extremes(stress(solution, at, body=body)))
-        blocks.append(_widest(found))
-    return tuple(blocks)
-
-
-def _widest(found: list[dict[str, float]]) -> dict[str, float]:
-    """Extremes of both bodies together."""
-    together = found[0]
-    for other in found[1:]:
-        together = {name: max(value, other[name], key=abs) for name, value in together.items()}
-    return together
+    return extremes_below(solution, case.stress_points, _sign(case))
 
 
 def _simplified(case: ContactCase, scene: Scene) -> CaseRun:

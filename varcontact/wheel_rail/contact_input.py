@@ -43,6 +43,8 @@ CONVEX_GS = 2
 SHIFT = 1
 TRANSIENT = 2
 """Values of the digit T."""
+NO_TAPE = 1000.0
+"""YTAPE from which a wheel has no tape circle [mm]."""
 CONFORMAL = 4
 BY_ELEMENT = (3, 6)
 """Values of the digit D with which patches are curved, and have the rigid slip of each element."""
@@ -92,6 +94,9 @@ class WheelCase:
         T = 1; None of steady rolling.
     before : WheelCase or None
         The case whose tractions a step goes on from, P = 0.
+    stresses : tuple of Group
+        Blocks of points below the elements of each patch, where stresses are
+        asked for.
     separating_angle : float
         A_SEP [rad], from which CONTACT parts patches whatever their distance;
         here patches are parted by distance, and a case in which it would count
@@ -108,6 +113,7 @@ class WheelCase:
     springs: RailSprings | None = None
     rolled: float | None = None
     before: WheelCase | None = None
+    stresses: tuple[Group, ...] = ()
     separating_angle: float = math.pi / 2
 
     @property
@@ -252,6 +258,7 @@ class _Reader:
                 element=given.element,
                 wheel=self._wheel(given),
                 separating_angle=given.entries["grid"].angle(3),
+                stresses=_stresses(given),
                 **_forces(given),
                 **self._step(given),
             )
@@ -276,9 +283,13 @@ class _Reader:
         before = given.before
         while before is not None and not before.calculated:
             before = before.before
-        if controls["PVTIME"] != 0 or before is None:
+        if controls["PVTIME"] in (1, 2) or before is None:
             return {"rolled": rolled}
-        return {"rolled": rolled, "before": self._cases[before.number]}
+        last: WheelCase | None = self._cases[before.number]
+        if controls["PVTIME"] == 3:
+            assert last is not None
+            last = last.before
+        return {"rolled": rolled, "before": last}
 
     def _wheel(self, case: CaseInput) -> WheelOnRail:
         if case.module != 1:
@@ -295,7 +306,8 @@ class _Reader:
         place: Group = case.needs("position", "EWHEEL", "a position", "E = 3")
         height: dict[str, Any] = {"vertical_force": place.number(2)}
         if controls["NORM"] == 0:
-            height = {"z": place.number(2) - drop}
+            above = wheelset.radius - case.entries["wheel set"].number(2)
+            height = {"z": place.number(2) - drop + above}
         if place.names[2] != ("Z", "FZ")[controls["NORM"]]:
             controls.complain(
                 "NORM", "is another than the case before has, which is kept: use E >= 1"
@@ -352,6 +364,7 @@ class _Reader:
         group: Group = case.needs("wheel set", "EWHEEL", "a wheel set", "E = 3")
         wheel = self._profile(case.needs("wheel", "EWHEEL", "a wheel", "E = 3"), "wheel")
         distance, back, radius = group.numbers()
+        radius += _tape(group, wheel)
 
         def make() -> WheelSet:
             return WheelSet(wheel=wheel, radius=radius, inside_distance=distance, flange_back=back)
@@ -362,6 +375,16 @@ class _Reader:
 
     def _profile(self, groups: tuple[Group, ...], kind: Kind) -> Any:  # a Profile, or slices
         return self._once(groups, lambda: _profile(groups, kind, self._folder))
+
+
+def _tape(group: Group, wheel: Any) -> float:
+    """What the radius at the profile's origin is more than that at its tape circle."""
+    place = group.option(0, NO_TAPE)
+    profile = wheel if isinstance(wheel, Profile) else wheel.first
+    on_profile = profile.y.min() <= place <= profile.y.max()
+    if abs(place) >= NO_TAPE or not on_profile:
+        return 0.0
+    return -float(profile.z_at(np.array([place]))[0])
 
 
 def _check_supported(case: CaseInput) -> None:
@@ -379,6 +402,13 @@ def _check_supported(case: CaseInput) -> None:
         group = case.entries["conformal"]
         why = "is not reciprocal, and not supported; supported: 4"
         group.refuse("VARIANT", group.integers()[1], why)
+
+
+def _stresses(case: CaseInput) -> tuple[Group, ...]:
+    """The points of S = 1 to 3."""
+    if case.controls["STRESS"] == 0:
+        return ()
+    return tuple(case.entries.get("stresses", ()))
 
 
 def _check_forces(controls: Controls) -> None:
@@ -492,8 +522,9 @@ def _grid(case: CaseInput) -> dict[str, Any]:
     if elements.number(2) != 1 and case.controls["GAUSEI"] == CONVEX_GS:
         reason = "with G = 2 is not supported: the step of rolling here is an element; supported: 1"
         elements.refuse("DQREL", elements.number(2), reason)
-    if len(elements.optional) == 2:
-        elements.refuse("GAP_MISS", elements.optional[1], "is not supported; leave it out")
+    if elements.option(1, -1.0) >= 0:
+        reason = "is not supported: patches are parted where they touch; negative: none is near"
+        elements.refuse("GAP_MISS", elements.optional[1], reason)
     places = {"dx": 0, "dy": 1, "separate": 4, "join": 5}
     grid: dict[str, Any] = {name: elements.number(k) for name, k in places.items()}
     if elements.optional:
@@ -517,9 +548,9 @@ def _track(
         rails |= {"roller_radius": dimensions.number(3), "roller_rate": rate}
     else:
         rails["cant"] = dimensions.angle(3)
-    if dimensions.option(0, 0.0) != 0:
-        reason = "is not supported: the track here is straight; supported: 0"
-        dimensions.refuse("CURV", dimensions.optional[0], reason)
+    curvature = dimensions.option(0, 0.0)
+    if curvature != 0:
+        rails["curve_radius"] = 1 / curvature
     if height > 0:
         if second not in (0, 1):
             reason = "is not supported: the gauge is that of the innermost face; supported: 0, 1"

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from varcontact.errors import NoContact, SceneError, VarcontactError
+from varcontact.io.contact_stresses import extremes_below, points_of
 from varcontact.wheel_rail.contact_input import RailSprings, WheelCase
 from varcontact.wheel_rail.history import wheel_on_rail_history
 from varcontact.wheel_rail.patch_solution import PatchSolution
@@ -29,12 +30,15 @@ DEFLECTION_TOL = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class WheelRun:
-    """A wheel that was solved, or the reason why it was not; `patches` by CONTACT's names."""
+    """A wheel that was solved, or the reason why it was not; `patches`, and extremes of `stresses`
+    by patch and block of points, by CONTACT's names.
+    """
 
     case: WheelCase
     solution: WheelRailSolution | None = None
     reason: str = ""
     patches: list[dict[str, float]] = field(default_factory=list)
+    stresses: tuple[dict[str, float], ...] = ()
 
 
 def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
@@ -52,11 +56,22 @@ def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
         try:
             solution = _solved(case, _way(case, solved))
             _check_angles(case, solution)
+            stresses = _stresses_below(case, solution)
         except VarcontactError as error:
             yield WheelRun(case, reason=str(error))
             continue
         solved[case.number] = solution
-        yield WheelRun(case, solution, "", [values_of(patch) for patch in solution.patches])
+        patches = [values_of(patch) for patch in solution.patches]
+        yield WheelRun(case, solution, "", patches, stresses)
+
+
+def _stresses_below(case: WheelCase, solution: WheelRailSolution) -> tuple[dict[str, float], ...]:
+    """Extremes of stresses below the patches, one patch after the other."""
+    found: list[dict[str, float]] = []
+    for patch in solution.patches:
+        blocks = points_of(case.stresses, patch.solution.grid)
+        found += extremes_below(patch.solution, blocks)
+    return tuple(found)
 
 
 def _way(case: WheelCase, solved: Mapping[int, WheelRailSolution]) -> Way:
