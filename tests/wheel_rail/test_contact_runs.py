@@ -10,7 +10,7 @@ from tests.command import assert_bad_input
 from tests.command import run as run_command
 from tests.wheel_rail.conditions import DATA
 from tests.wheel_rail.test_contact_input import PLACE, RATES, RIG, TRACK, read
-from varcontact.study.contact_comparison import compared_wheel
+from varcontact.study.contact_comparison import compared
 from varcontact.wheel_rail import Track, read_contact_input, wheel_on_rail_history
 from varcontact.wheel_rail.contact_runs import run_wheels
 
@@ -107,6 +107,25 @@ def test_a_rail_on_springs_is_deflected(profiles):
     (case,) = cases(profiles, *changes[:1], (" 1203100 ", " 1203030 "), changes[2], at_height)
     (again,) = run_wheels([case])
     assert again.solution.force == pytest.approx(run.solution.force, abs=2.0)
+
+
+def test_stresses_below_a_wheel(profiles):
+    """S = 3: extremes at points below the patch, in its coordinates."""
+    points = (
+        " 0 1  MATFIL, OUTPUT\n 9  ISUBS\n 1 1 2  NX, NY, NZ\n 0.5\n 0.0\n 1.0 2.0\n 0  ISUBS\n"
+    )
+    (case,) = cases(
+        profiles,
+        COARSEST,
+        (" 1203100 ", " 1203103 "),
+        ("\n  0 MODULE", "\n" + points + "  0 MODULE"),
+    )
+    (run,) = run_wheels([case])
+    (patch,) = run.solution.patches
+    (extremes,) = run.stresses
+    below = vc.stress(patch.solution, np.array([[0.5, 0.5], [0.0, 0.0], [1.0, 2.0]]))
+    assert extremes["SIGVM"] == pytest.approx(below.von_mises.max())
+    assert extremes["SIGZZ"] == pytest.approx(below.stress[2, 2].min())
 
 
 def test_steps_in_time_go_on_from_each_other(profiles):
@@ -248,7 +267,7 @@ def test_patches_are_compared_by_their_place():
         {"FN": 1000.0, "FX": 0.0, "FS": 0.0, "YCP(R)": -9.0},
     )
     ours = [{**theirs[1], "FN": 1009.0}, {**theirs[0], "FS": 20.0}]
-    rows = compared_wheel(1, ours, vc.ContactOutput(1, None, "right", {}, theirs))
+    rows = compared(1, ours, vc.ContactOutput(1, None, "right", {}, theirs))
     assert [row.quantity for row in rows if row.verdict == "differs"] == ["FS"]
-    (row,) = compared_wheel(1, ours[:1], vc.ContactOutput(1, None, "right", {}, theirs))
+    (row,) = compared(1, ours[:1], vc.ContactOutput(1, None, "right", {}, theirs))
     assert (row.quantity, row.theirs, row.ours) == ("PATCHES", 2.0, 1.0)

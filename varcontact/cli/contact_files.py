@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import time
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +14,7 @@ import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.terminal import NOT_SOLVED, fail, progress_line, show
 from varcontact.errors import SceneError, VarcontactError
+from varcontact.io.contact_output import published_seconds
 from varcontact.study import contact_comparison as comparison
 from varcontact.study.contact_comparison import Compared
 
@@ -30,8 +32,10 @@ def compared(path: Path, options: dict[str, Any], as_json: bool) -> bool:
         printed = {each.case: each for each in vc.read_contact_output(output)}
     if save is not None:
         save.mkdir(parents=True, exist_ok=True)
+    started = time.perf_counter()
     with progress_line() as progress:
         rows, tables = _all_cases(path, printed, save, progress)
+    seconds = time.perf_counter() - started
     if as_table:
         show("\n\n".join(tables))
     if output is None:
@@ -41,6 +45,7 @@ def compared(path: Path, options: dict[str, Any], as_json: bool) -> bool:
         show(json.dumps(found, indent=2, default=float))
     else:
         show(comparison.report(rows))
+        show(f"seconds: {_tenths(published_seconds(output))} theirs, {_tenths(seconds)} ours")
     counts = comparison.summary_of(rows)
     unequal = counts[comparison.DIFFERENT] + counts[comparison.NOT_RUN]
     if unequal:
@@ -61,61 +66,48 @@ def _all_cases(
     save: Path | None,
     progress: Callable[[object], None],
 ) -> tuple[list[Compared], list[str]]:
+    """Solve the cases of a file, basic contacts or wheels on rails; rows of the comparison, and
+    tables.
+    """
+    from varcontact.study import contact_runs
+    from varcontact.wheel_rail import contact_runs as wheel_runs
+
     warnings.simplefilter("ignore", vc.PlausibilityWarning)  # the files are as they are
-    basic = vc.read_contact_input(path, strict=False)
-    if all("is a wheel on a rail" in case.reason for case in basic.cases):
-        return _wheels(path, printed, save, progress)
-    return _basic(basic.cases, printed, save, progress)
-
-
-def _basic(
-    cases: Iterable[Any],
-    printed: dict[int, vc.ContactOutput],
-    save: Path | None,
-    progress: Callable[[object], None],
-) -> tuple[list[Compared], list[str]]:
-    """Basic contacts, module 3."""
-    from varcontact.study.contact_runs import run_cases
-
+    cases: Sequence[Any] = vc.read_contact_input(path, strict=False).cases
+    run: Any = contact_runs.run_cases
+    finer: Any = contact_runs.refined
+    if all("is a wheel on a rail" in case.reason for case in cases):
+        cases = vc.wheel_rail.read_contact_input(path, strict=False).cases
+        run = wheel_runs.run_wheels
+        finer = wheel_runs.refined
     rows: list[Compared] = []
     tables = []
-    for run in run_cases(cases):
-        number = run.case.number
+    for found in run(cases):
+        number = found.case.number
         progress(f"case {number}")
-        if run.reason:
-            rows.append(_not_run(number, run.reason))
+        if found.reason:
+            rows.append(_not_run(number, found.reason))
             continue
-        rows += comparison.compared(number, run.values, printed.get(number), run.note)
-        rows += comparison.compared_stresses(number, run.stresses, printed.get(number))
-        tables.append(_printed(number, [run.values, *run.stresses]))
-        if save is not None and run.solution is not None:
-            run.solution.save(save / f"case_{number:04d}.nc", overwrite=True)
+        output = printed.get(number)
+        its = comparison.compared(number, found.patches, output, found.note)
+        if any(row.verdict == comparison.DIFFERENT for row in its):
+            its = comparison.with_refined(its, _on_finer_elements(finer(found.case), run))
+        rows += its
+        rows += comparison.compared_stresses(number, found.stresses, output)
+        tables.append(_printed(number, [*found.patches, *found.stresses]))
+        if save is not None:
+            for ending, solution in found.solutions.items():
+                solution.save(save / f"case_{number:04d}{ending}.nc", overwrite=True)
     return rows, tables
 
 
-def _wheels(
-    path: Path,
-    printed: dict[int, vc.ContactOutput],
-    save: Path | None,
-    progress: Callable[[object], None],
-) -> tuple[list[Compared], list[str]]:
-    """Wheels on rails, module 1."""
-    from varcontact.wheel_rail.contact_runs import run_wheels
-
-    rows: list[Compared] = []
-    tables = []
-    for run in run_wheels(vc.wheel_rail.read_contact_input(path, strict=False).cases):
-        number = run.case.number
-        progress(f"case {number}")
-        if run.reason:
-            rows.append(_not_run(number, run.reason))
-            continue
-        rows += comparison.compared_wheel(number, run.patches, printed.get(number))
-        tables.append(_printed(number, run.patches))
-        if save is not None and run.solution is not None:
-            for k, patch in enumerate(run.solution.patches, 1):
-                patch.solution.save(save / f"case_{number:04d}_{k}.nc", overwrite=True)
-    return rows, tables
+def _on_finer_elements(case: Any, run: Any) -> list[dict[str, float]]:
+    """The values of a case on finer elements, where it has any."""
+    if case is None:
+        return []
+    (found,) = run([case])
+    patches: list[dict[str, float]] = found.patches
+    return patches
 
 
 def _not_run(number: int, reason: str) -> Compared:
@@ -147,22 +139,34 @@ def suite(
             output = next((each for each in outputs if each.exists()), None)
             if output is None:
                 continue
+            started = time.perf_counter()
             try:
                 printed = {each.case: each for each in vc.read_contact_output(output)}
                 progress(path.name)
                 rows, _ = _all_cases(path, printed, None, progress)
             except VarcontactError as error:
                 rows = [_not_run(1, str(error))]
-            summaries.append(_summary(path, rows))
+            seconds = time.perf_counter() - started
+            theirs = published_seconds(output)
+            summaries.append(_summary(path, rows) | {"theirs": theirs, "ours": seconds})
     if as_json:
         show(json.dumps(summaries, indent=2))
         return
-    lines = [f"{'file':<26} {'equal':>6} {'differ':>6} {'not run':>7}"]
+    head = f"{'file':<26} {'equal':>6} {'differ':>6} {'not run':>7}"
+    lines = [f"{head} {'seconds: theirs':>15} {'ours':>7}"]
     for each in summaries:
         line = f"{each['file']:<26} {each[comparison.EQUAL]:>6} {each[comparison.DIFFERENT]:>6}"
-        lines.append(f"{line} {each[comparison.NOT_RUN]:>7}")
+        line = f"{line} {each[comparison.NOT_RUN]:>7}"
+        lines.append(f"{line} {_tenths(each['theirs']):>15} {_tenths(each['ours']):>7}")
         lines += [f"    {count}: {reason}" for reason, count in each["reasons"].items()]
     show("\n".join(lines))
+
+
+def _tenths(seconds: float | None) -> str:
+    """A time; nothing where none was printed."""
+    if seconds is None:
+        return "-"
+    return f"{seconds:.1f}"
 
 
 def _summary(path: Path, rows: list[Compared]) -> dict[str, Any]:

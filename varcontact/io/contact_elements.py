@@ -175,7 +175,8 @@ def pressed(case: CaseInput, bodies: Bodies) -> tuple[SampledDistance, Grid, flo
 
 def _semi_axes(ipotcn: int, group: Group, bodies: Bodies, force: float) -> list[float]:
     """The half-length, and the half-width or those of both sides."""
-    first, second = group.number(2), group.number(3)
+    first = group.number(2)
+    second = group.number(3)
     if ipotcn == -6:
         return [first, second, group.number(4)]
     if ipotcn in (-3, -5):

@@ -2,8 +2,8 @@
 that they bring.
 
 Source: Vollebregt, User guide for CONTACT, Vtech CMCC report 20-01, chapters 2
-to 4 and appendix A, whose sections are given; and the open-source release of
-2025.
+to 4, whose sections are given as of 2025 (``doc/user-guide.tex`` of the
+open-source release), and that release.
 """
 
 from __future__ import annotations
@@ -43,26 +43,26 @@ AS_BEFORE = "as before"
 FINITE_ELEMENTS = "influence numbers of a file are for module 3"
 BILINEAR = "tractions are constant on elements here"
 
-PVTIME = Digit("P", "PVTIME", "4.1", {
+PVTIME = Digit("P", "PVTIME", "2.3", {
     0: "continues the case before", 1: "keeps its pressures alone", 2: "begins anew",
     3: "as the case before, once more",
 })  # fmt: skip
-STRESS = Digit("S", "STRESS", "4.7", {
+STRESS = Digit("S", "STRESS", "2.3", {
     0: "no stresses", 1: "stresses at the points before", 2: "their output anew", 3: "points anew",
 })  # fmt: skip
-FRCLAW = Digit("L", "FRCLAW", "4.2", {
+FRCLAW = Digit("L", "FRCLAW", "2.3", {
     0: "Coulomb", 1: AS_BEFORE, 2: "linear", 3: "rational", 4: "exponential", 6: "by temperature",
 })  # fmt: skip
-HEAT = Digit("H", "HEAT", "4.2", {0: "no temperatures", 1: "thermal data as before", 3: "anew"})
+HEAT = Digit("H", "HEAT", "2.3", {0: "no temperatures", 1: "thermal data as before", 3: "anew"})
 SOLUTION = (
-    Digit("X", "XFLOW", "4.6", {0: "no debug output", 1: "debug output, passed over"}),
+    Digit("X", "XFLOW", "2.3", {0: "no debug output", 1: "debug output, passed over"}),
     HEAT,
-    _passed_over("G", "GAUSEI", "4.6", 5),
-    _passed_over("I", "IESTIM", "4.6", 3),
-    _passed_over("A", "MATFIL", "4.7", 2),
-    _passed_over("O", "OUTPUT", "4.7", 5),
-    _passed_over("W", "FLOW", "4.7", 9),
-    Digit("R", "RETURN", "4.7", {
+    _passed_over("G", "GAUSEI", "2.3", 5),
+    _passed_over("I", "IESTIM", "2.3", 3),
+    _passed_over("A", "MATFIL", "2.3", 2),
+    _passed_over("O", "OUTPUT", "2.3", 5),
+    _passed_over("W", "FLOW", "2.3", 9),
+    Digit("R", "RETURN", "2.3", {
         0: "calculate", 1: "calculate", 2: "check the input alone", 3: "skip",
     }),
 )  # fmt: skip
@@ -71,37 +71,37 @@ SOLUTION = (
 BASIC = (
     (
         PVTIME,
-        Digit("B", "BOUND", "4.2", {
+        Digit("B", "BOUND", "2.3", {
             0: "half-space", 1: "a thin sheet that gives way", 2: "elliptic pressure",
             3: "parabolic pressure", 4: "SDEC's pressure",
         }, {
             5: "KPEC is a fast theory of CONTACT's own; solve with B = 0",
             6: "ANALYN is a fast theory of CONTACT's own; solve with B = 0",
         }),
-        Digit("T", "TANG", "4.1", {
+        Digit("T", "TANG", "2.3", {
             0: "no tangential problem", 1: "shift", 2: "transient rolling", 3: "steady rolling",
         }),
-        Digit("N", "NORM", "4.2", {0: "approach given", 1: "normal force given"}),
-        Digit("F", "FORCE", "4.2", {0: "creepages given", 1: "FX given", 2: "FX and FY given"}),
+        Digit("N", "NORM", "2.3", {0: "approach given", 1: "normal force given"}),
+        Digit("F", "FORCE", "2.3", {0: "creepages given", 1: "FX given", 2: "FX and FY given"}),
         STRESS,
     ),
     (
-        Digit("V", "VARFRC", "4.2", {0: "one friction law", 3: "a law for each row"}, {
+        Digit("V", "VARFRC", "2.3", {0: "one friction law", 3: "a law for each row"}, {
             1: "by inclination, friction varies on rails (module 1) alone",
             2: "along the track, friction varies on rails (module 1) alone",
         }),
         FRCLAW,
-        Digit("D", "DISCNS", "4.4", {0: AS_BEFORE, 1: "elements anew", 2: "elements read"}),
-        Digit("C", "INFLCF", "4.3", {
+        Digit("D", "DISCNS", "2.3", {0: AS_BEFORE, 1: "elements anew", 2: "elements read"}),
+        Digit("C", "INFLCF", "2.3", {
             0: "material as before", 1: "material as before", 2: "half-space",
             4: "conformal, by inclinations", 9: "influence numbers of a file",
         }, {3: BILINEAR}),
-        Digit("M", "MATER", "4.3", {
+        Digit("M", "MATER", "2.3", {
             0: "elastic", 1: "viscoelastic", 2: "FASTSIM, one flexibility",
             3: "FASTSIM, three flexibilities", 4: "third body", 5: "FaStrip",
         }),
-        Digit("Z", "RZNORM", "4.5", {0: AS_BEFORE, 1: "distance anew", 2: "distance read"}),
-        Digit("E", "EXRHS", "4.5", {
+        Digit("Z", "RZNORM", "2.3", {0: AS_BEFORE, 1: "distance anew", 2: "distance read"}),
+        Digit("E", "EXRHS", "2.3", {
             0: "no extra rigid slip", 1: "extra rigid slip as before", 9: "extra rigid slip read",
         }),
     ),
@@ -111,49 +111,49 @@ BASIC = (
 
 WHEEL = (
     (
-        Digit("C", "CONFIG", "3.1", {
+        Digit("C", "CONFIG", "2.3", {
             0: "left wheel on a track", 1: "right wheel on a track",
             4: "left wheel on a roller", 5: "right wheel on a roller",
         }),
         PVTIME,
-        Digit("B", "BOUND", "4.2", {0: "half-space"}, {
+        Digit("B", "BOUND", "2.3", {0: "half-space"}, {
             1: "a thin sheet that gives way is not modelled",
             5: "KPEC is a fast theory of CONTACT's own; see WheelOnRail.estimate",
             6: "ANALYN is a fast theory of CONTACT's own; see WheelOnRail.estimate",
         }),
-        Digit("T", "TANG", "4.1", {
+        Digit("T", "TANG", "2.3", {
             0: "no tangential problem", 1: "shift", 2: "transient rolling", 3: "steady rolling",
         }),
-        Digit("N", "NORM", "3.4", {
+        Digit("N", "NORM", "2.3", {
             0: "height of the wheel set given", 1: "vertical force given",
         }),
-        Digit("F", "FORCE", "3.4", {
+        Digit("F", "FORCE", "2.3", {
             0: "pitch rate given", 1: "longitudinal force given", 2: "moment about the axle given",
             3: "rail on springs",
         }),
         STRESS,
     ),
     (
-        Digit("V", "VARFRC", "3.5", {
+        Digit("V", "VARFRC", "2.3", {
             0: "one friction law", 1: "a law by inclination", 2: "a law along the track",
         }, {3: "rows of elements are not known before wheels on rails are placed"}),
         FRCLAW,
-        Digit("D", "DISCNS", "3.6", {
+        Digit("D", "DISCNS", "2.3", {
             0: AS_BEFORE, 1: AS_BEFORE, 2: "planar contact", 3: "planar, slip by element",
             4: "conformal contact", 5: "planar contact, another search",
             6: "planar, slip by element, another search",
         }, dict.fromkeys((7, 8, 9), "a search of CONTACT's developers")),
-        Digit("C", "INFLCF", "4.3", {
+        Digit("C", "INFLCF", "2.3", {
             0: "material as before", 1: "material as before", 2: "half-space", 4: "conformal",
         }, {3: BILINEAR, 9: FINITE_ELEMENTS}),
-        Digit("M", "MATER", "4.3", {
+        Digit("M", "MATER", "2.3", {
             0: "elastic", 1: "viscoelastic", 2: "FASTSIM, one flexibility",
             3: "FASTSIM, three flexibilities", 4: "third body", 5: "FaStrip",
         }),
-        Digit("Z", "ZTRACK", "3.2", {
+        Digit("Z", "ZTRACK", "2.3", {
             0: AS_BEFORE, 1: "new dimensions", 2: "new deviations", 3: "all new",
         }),
-        Digit("E", "EWHEEL", "3.3", {
+        Digit("E", "EWHEEL", "2.3", {
             0: AS_BEFORE, 1: "new position", 2: "new position and velocity", 3: "all new",
             4: "as 2, with deviations of the wheel", 5: "all new, with deviations of the wheel",
         }),
@@ -425,7 +425,7 @@ def _vertical(lines: Lines, isubs: int) -> list[Group]:
 
 
 SOLVERS = (
-    ParameterLine("debug", "4.6", "PSFLRIN:i", lambda c: c["XFLOW"] == 1),
+    ParameterLine("debug", "2.3", "PSFLRIN:i", lambda c: c["XFLOW"] == 1),
     ParameterLine(
         "iterations",
         "4.6",
@@ -449,36 +449,36 @@ SOLVERS = (
 """Lines of debugging and solvers."""
 
 MATERIAL = (
-    ParameterLine("material", "4.3", "POISS 1, POISS 2, GG 1, GG 2", _new_material),
-    ParameterLine("sheet", "4.2", "FLX_Z", lambda c: _new_material(c) and c["BOUND"] == 1),
+    ParameterLine("material", "4.1", "POISS 1, POISS 2, GG 1, GG 2", _new_material),
+    ParameterLine("sheet", "4.1", "FLX_Z", lambda c: _new_material(c) and c["BOUND"] == 1),
     ParameterLine(
         "viscoelastic",
-        "4.3",
+        "4.1",
         "FG 1, FG 2, TC 1, TC 2",
         lambda c: _new_material(c) and c["MATER"] == 1,
     ),
     ParameterLine(
         "flexibility",
-        "4.3",
+        "4.1",
         "FLX, K0_MF, ALFAMF, BETAMF",
         lambda c: _new_material(c) and c["MATER"] == 2,
     ),
     ParameterLine(
         "slope",
-        "4.3",
+        "4.1",
         "K0_MF, ALFAMF, BETAMF",
         lambda c: _new_material(c) and c["MATER"] in (3, 5),
     ),
     ParameterLine(
         "layer",
-        "4.3",
+        "4.1",
         "GG3, LAYTHK, TAU_C0, K_TAU",
         lambda c: _new_material(c) and c["MATER"] == 4,
     ),
-    ParameterLine("damping", "4.3", "CDAMPN, CDAMPT, DFNMAX, DFTMAX", lambda c: c.damping == 2),
-    ParameterLine("heat 1", "4.2", "BKTEMP1, HEATCP1, LAMBDA1, DENS1", lambda c: c["HEAT"] == 3),
-    ParameterLine("heat 2", "4.2", "BKTEMP2, HEATCP2, LAMBDA2, DENS2", lambda c: c["HEAT"] == 3),
-    ParameterLine("plastic work", "4.2", "BETAPL", lambda c: c["HEAT"] == 3 and c["MATER"] == 4),
+    ParameterLine("damping", "4.1", "CDAMPN, CDAMPT, DFNMAX, DFTMAX", lambda c: c.damping == 2),
+    ParameterLine("heat 1", "4.1", "BKTEMP1, HEATCP1, LAMBDA1, DENS1", lambda c: c["HEAT"] == 3),
+    ParameterLine("heat 2", "4.1", "BKTEMP2, HEATCP2, LAMBDA2, DENS2", lambda c: c["HEAT"] == 3),
+    ParameterLine("plastic work", "4.1", "BETAPL", lambda c: c["HEAT"] == 3 and c["MATER"] == 4),
 )
 """Lines of the material and its temperature."""
 
@@ -486,16 +486,16 @@ STRESSES = Block("stresses", "4.7", _stresses, lambda c: c["STRESS"] >= 2)
 
 BASIC_LINES = (
     *SOLVERS,
-    ParameterLine("kinematics", "4.1", _kinematics),
+    ParameterLine("kinematics", "4.5", _kinematics),
     Block("friction", "4.2", _friction, lambda c: c["FRCLAW"] != 1 and c["VARFRC"] != 3),
     ParameterLine(
-        "rolling", "4.1", "CHI:a, DQ, VELOC, [FACPHI]", lambda c: _new_material(c) and c.rolls
+        "rolling", "4.5", "CHI:a, DQ, VELOC, [FACPHI]", lambda c: _new_material(c) and c.rolls
     ),
-    Block("conformal", "4.3", _conformal, lambda c: c["INFLCF"] == 4),
-    ParameterLine("influence", "4.3", "CFNAME:s", lambda c: c["INFLCF"] == 9),
+    Block("conformal", "4.1", _conformal, lambda c: c["INFLCF"] == 4),
+    ParameterLine("influence", "4.1", "CFNAME:s", lambda c: c["INFLCF"] == 9),
     *MATERIAL,
-    Block("elements", "4.4", _elements, lambda c: c["DISCNS"] == 2),
-    Block("distance", "4.5", _distance, lambda c: c["RZNORM"] == 2),
+    Block("elements", "4.3", _elements, lambda c: c["DISCNS"] == 2),
+    Block("distance", "4.4", _distance, lambda c: c["RZNORM"] == 2),
     Block("friction", "4.2", _friction, lambda c: c["FRCLAW"] != 1 and c["VARFRC"] == 3),
     Block("extra slip", "4.5", _extra_slip, lambda c: c["EXRHS"] == 9),
     STRESSES,
@@ -542,8 +542,8 @@ def _new_wheel(c: Controls) -> bool:
 
 WHEEL_LINES = (
     *SOLVERS,
-    Block("friction", "3.5", _friction, lambda c: c["FRCLAW"] != 1),
-    ParameterLine("conformal", "4.3", "IF_METH:i, VARIANT:i", lambda c: c["INFLCF"] == 4),
+    Block("friction", "4.2", _friction, lambda c: c["FRCLAW"] != 1),
+    ParameterLine("conformal", "4.1", "IF_METH:i, VARIANT:i", lambda c: c["INFLCF"] == 4),
     *MATERIAL,
     ParameterLine(
         "grid",
@@ -551,30 +551,30 @@ WHEEL_LINES = (
         "DX, DS, DQREL, A_SEP:a, D_SEP, D_COMB, [D_TURN, GAP_MISS]",
         lambda c: c["DISCNS"] >= 2,
     ),
-    ParameterLine("track", "3.2", _track, lambda c: c["ZTRACK"] in (1, 3)),
+    ParameterLine("track", "3.3", _track, lambda c: c["ZTRACK"] in (1, 3)),
     Block("rail", "3.2", _profile, lambda c: c["ZTRACK"] == 3),
     ParameterLine(
-        "deviations", "3.2", "DY, DZ, ROLL:a, VY, VZ, VROLL:a", lambda c: c["ZTRACK"] >= 2
+        "deviations", "3.3", "DY, DZ, ROLL:a, VY, VZ, VROLL:a", lambda c: c["ZTRACK"] >= 2
     ),
     ParameterLine(
         "springs",
-        "3.2",
+        "3.3",
         "KYRAIL, FYRAIL, KZRAIL, FZRAIL, [DYSTEP0]",
         lambda c: c["ZTRACK"] >= 2 and c["FORCE"] == 3,
     ),
-    ParameterLine("wheel set", "3.3", "FBDIST, FBPOS, NOMRAD, [YTAPE]", _new_wheel),
-    Block("wheel", "3.3", _profile, _new_wheel),
-    ParameterLine("position", "3.3", _position, lambda c: c["EWHEEL"] >= 1),
-    ParameterLine("velocity", "3.3", _velocity, lambda c: c["EWHEEL"] >= 2),
+    ParameterLine("wheel set", "3.4", "FBDIST, FBPOS, NOMRAD, [YTAPE]", _new_wheel),
+    Block("wheel", "3.2", _profile, _new_wheel),
+    ParameterLine("position", "3.4", _position, lambda c: c["EWHEEL"] >= 1),
+    ParameterLine("velocity", "3.4", _velocity, lambda c: c["EWHEEL"] >= 2),
     ParameterLine(
         "wheel place",
-        "3.3",
+        "3.4",
         "DXWHL, DYWHL, DZWHL, DROLLW:a, DYAWW:a, DPITCHW:a",
         lambda c: c["EWHEEL"] >= 4,
     ),
     ParameterLine(
         "wheel rates",
-        "3.3",
+        "3.4",
         "VXWHL, VYWHL, VZWHL, VROLLW:a, VYAWW:a, VPITCHW:a",
         lambda c: c["EWHEEL"] >= 4,
     ),

@@ -22,6 +22,8 @@ PROFILE = re.compile(r'\s*(?:RAIL|ROLLER|WHEEL) PROFILE "')
 """Before tables of the same names for both profiles, which are left out."""
 BLOCK = re.compile(r"\s*SUBSURFACE STRESSES BLOCK")
 EXTREME = re.compile(r"\s*(?:ABSMAX|MAX|MIN)\s+(SIG\w+)\s*=\s*(\S+)\s+AT")
+TOTAL_TIME = re.compile(r"^\|Total(?:\s*\|\s*[0-9.]+){3}\s*\|\s*([0-9.]+)", re.MULTILINE)
+"""Number of runs, processor time with its share, and wall-clock time."""
 NONE_FOUND = "NO CONTACT FOUND"
 NAME = re.compile(r"(?:CREEP|SHIFT) [XY](?=\s|$)|\S+")
 CAPITALS = re.compile(r"(?:CREEP |SHIFT )?[A-Z][A-Z0-9_./,()]*$")
@@ -132,6 +134,15 @@ def read_contact_output(path: str | Path) -> list[ContactOutput]:
         _case(file, lines, first, last, heading)
         for (first, heading), last in zip(headings.items(), ends, strict=True)
     ]
+
+
+def published_seconds(path: Path) -> float | None:
+    """Wall-clock time that CONTACT printed of all cases of its output file [s]; None without it."""
+    text = text_of("path", path, MOST_BYTES, "an output file of CONTACT")
+    total = TOTAL_TIME.search(text)
+    if total is None:
+        return None
+    return float(total[1])
 
 
 def _case(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from varcontact.io.contact_output import ContactOutput
@@ -27,7 +27,17 @@ EQUAL = "equal"
 DIFFERENT = "differs"
 NOT_RUN = "not run"
 LEFT_OUT = "not printed"
-COLUMNS = ("case", "patch", "quantity", "theirs", "ours", "difference", "verdict", "note")
+COLUMNS = (
+    "case",
+    "patch",
+    "quantity",
+    "theirs",
+    "ours",
+    "difference",
+    "verdict",
+    "note",
+    "refined",
+)
 
 KNOWN = {
     "MAX(T1,T2)": "CONTACT counts the heat of an element twice in its own temperature",
@@ -46,6 +56,8 @@ class Compared:
     ours: float
     verdict: str
     note: str = ""
+    refined: float = math.nan
+    """Ours on elements of half the sides, where theirs and ours differ."""
 
     @property
     def difference(self) -> float:
@@ -79,14 +91,19 @@ def tolerance(name: str, theirs: Mapping[str, float]) -> float:
 
 
 def compared(
-    case: int, values: Mapping[str, float], output: ContactOutput | None, note: str = ""
+    case: int,
+    patches: Sequence[Mapping[str, float]],
+    output: ContactOutput | None,
+    note: str = "",
 ) -> list[Compared]:
-    """The quantities of a basic contact that both have."""
+    """The quantities of a case that both have: of a basic contact, or of the patches of a wheel."""
+    if output is not None and output.side is not None:
+        return _compared_wheel(case, patches, output)
     if output is None or not output.patches:
         return [Compared(case, 1, "", math.nan, math.nan, LEFT_OUT, "CONTACT printed no result")]
     theirs = output.patches[0]
     found = []
-    for name, ours in values.items():
+    for name, ours in patches[0].items():
         if name not in theirs:
             continue
         verdict = DIFFERENT
@@ -116,12 +133,10 @@ def compared_stresses(
     return found
 
 
-def compared_wheel(
-    case: int, patches: Sequence[Mapping[str, float]], output: ContactOutput | None
+def _compared_wheel(
+    case: int, patches: Sequence[Mapping[str, float]], output: ContactOutput
 ) -> list[Compared]:
     """Forces of the patches of a wheel, to a part of its normal force; the rest for information."""
-    if output is None:
-        return [Compared(case, 1, "", math.nan, math.nan, LEFT_OUT, "CONTACT printed no result")]
     count = len(output.patches)
     if count != len(patches):
         words = "patches that are joined or parted otherwise"
@@ -138,6 +153,19 @@ def compared_wheel(
             if abs(ours[name] - theirs[name]) <= WHEEL_TOL * load:
                 verdict = EQUAL
             found.append(Compared(case, k, name, theirs[name], ours[name], verdict))
+    return found
+
+
+def with_refined(
+    rows: Sequence[Compared], refined: Sequence[Mapping[str, float]]
+) -> list[Compared]:
+    """Rows that differ, each with our value on elements of half the sides."""
+    found = []
+    for row in rows:
+        values: Mapping[str, float] = {}
+        if row.verdict == DIFFERENT and row.patch <= len(refined):
+            values = refined[row.patch - 1]
+        found.append(replace(row, refined=values.get(row.quantity, math.nan)))
     return found
 
 
@@ -179,6 +207,8 @@ def report(rows: Sequence[Compared]) -> str:
             continue
         numbers = f"{row.theirs:>12.4g} {row.ours:>12.6g} {row.difference:>11.2e}"
         line = f"{row.case:>5} {row.patch:>5} {row.quantity:<12} {numbers}  {row.verdict}"
+        if not math.isnan(row.refined):
+            line = f"{line}, {row.refined:.6g} on elements of half the sides"
         if row.note and row.verdict == DIFFERENT:
             line = f"{line} ({row.note})"
         lines.append(line)

@@ -8,14 +8,19 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
+from varcontact.elasticity.own import Elasticity
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.io.contact_elements import ringed
 from varcontact.io.contact_input import ContactCase
 from varcontact.io.contact_stresses import extremes_below
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 from varcontact.theories.fastsim_contact import SimplifiedTheory, contact_fastsim
@@ -25,16 +30,23 @@ from varcontact.theories.fastsim_contact import SimplifiedTheory, contact_fastsi
 class CaseRun:
     """A case that was solved, or the reason why it was not.
 
-    `values` are forces, creepages, approach and largest pressure by CONTACT's names, in its
-    coordinates.
+    `patches` has forces, creepages, approach and largest pressure of the contact by CONTACT's
+    names, in its coordinates.
     """
 
     case: ContactCase
     solution: Solution | None = None
     reason: str = ""
-    values: dict[str, float] = field(default_factory=dict)
+    patches: list[dict[str, float]] = field(default_factory=list)
     note: str = ""
     stresses: tuple[dict[str, float], ...] = ()
+
+    @property
+    def solutions(self) -> dict[str, Solution]:
+        """The solution by the ending of its file's name."""
+        if self.solution is None:
+            return {}
+        return {"": self.solution}
 
 
 def run_cases(cases: Iterable[ContactCase]) -> Iterator[CaseRun]:
@@ -69,7 +81,33 @@ def _run(case: ContactCase, solved: dict[int, CaseRun]) -> CaseRun:
             note = "the contact reaches the end of the elements, and ends there"
     except VarcontactError as error:
         return CaseRun(case, reason=str(error))
-    return CaseRun(case, solution, "", values_of(case, solution), note, stresses_of(case, solution))
+    values = values_of(case, solution)
+    return CaseRun(case, solution, "", [values], note, stresses_of(case, solution))
+
+
+def refined(case: ContactCase) -> ContactCase | None:
+    """The case on elements of half the sides; None of one that goes on from another, or has values
+    by element.
+    """
+    scene = case.scene
+    if scene is None or case.before is not None or isinstance(scene.motion, Transient):
+        return None
+    surface = scene.surface
+    grid = scene.grid
+    assert isinstance(grid, Grid)
+    by_element = isinstance(scene.friction, np.ndarray) or (
+        isinstance(scene.motion, Steady) and scene.motion.rigid_slip is not None
+    )
+    if by_element or isinstance(scene.bodies, Elasticity):
+        return None
+    finer = grid.divided((2, 2))
+    if isinstance(surface, SampledDistance):
+        if min(grid.nx, grid.rows) < 3 or surface.inclination is not None:
+            return None
+        # samples are interpolated between the centres of elements
+        finer = finer.window(1, 2 * grid.nx - 1, 1, 2 * grid.rows - 1)
+        surface = SampledDistance(surface.h, grid.x, grid.y)
+    return replace(case, scene=replace(scene, grid=finer, surface=surface), stress_points=())
 
 
 def stresses_of(case: ContactCase, solution: Solution) -> tuple[dict[str, float], ...]:
@@ -91,7 +129,7 @@ def _simplified(case: ContactCase, scene: Scene) -> CaseRun:
         "MZ": sign * tractions.moment,
         "PMAX": float(tractions.pressure.max()),
     }
-    return CaseRun(case, None, "", values, "simplified theory as CONTACT marches it")
+    return CaseRun(case, None, "", [values], "simplified theory as CONTACT marches it")
 
 
 def _solved(scene: Scene, methods: dict[str, Any]) -> Solution:

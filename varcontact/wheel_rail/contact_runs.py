@@ -10,6 +10,7 @@ from typing import Any
 
 from varcontact.errors import NoContact, SceneError, VarcontactError
 from varcontact.io.contact_stresses import extremes_below, points_of
+from varcontact.results.solution import Solution
 from varcontact.wheel_rail.contact_input import RailSprings, WheelCase
 from varcontact.wheel_rail.history import wheel_on_rail_history
 from varcontact.wheel_rail.patch_solution import PatchSolution
@@ -39,6 +40,23 @@ class WheelRun:
     reason: str = ""
     patches: list[dict[str, float]] = field(default_factory=list)
     stresses: tuple[dict[str, float], ...] = ()
+    note: str = ""
+
+    @property
+    def solutions(self) -> dict[str, Solution]:
+        """The solutions of the patches by the endings of their files' names."""
+        if self.solution is None:
+            return {}
+        return {f"_{k}": each.solution for k, each in enumerate(self.solution.patches, 1)}
+
+
+def refined(case: WheelCase) -> WheelCase | None:
+    """The case on elements of half the sides; None of a step in time."""
+    wheel = case.wheel
+    if wheel is None or case.rolled is not None or wheel.dx is None or wheel.dy is None:
+        return None
+    finer = replace(wheel, dx=wheel.dx / 2, dy=wheel.dy / 2)
+    return replace(case, wheel=finer, stresses=())
 
 
 def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
