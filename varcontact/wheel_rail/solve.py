@@ -188,7 +188,7 @@ class _Series:
         """The wheel again on a curved surface where a plane is too flat; else its answer."""
         solution = wheel.solution()
         case = solution.case
-        flat = case.conformal == "auto" and not wheel.by_theory
+        flat = case.plane_or_curved and not wheel.by_theory
         if flat and any(too_wide(case, each) for each in solution.patches):
             self._in_plane = wheel
             self._wheel = wheel.curved()
@@ -241,7 +241,7 @@ def _check_methods(case: WheelGeometry, methods: dict[str, Any], theory: bool) -
     checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], "left out: it is for histories of steps")
-    if case.conformal is True and theory:
+    if case.curved and theory:
         reason = (
             "tangential: theories are for ellipses in a plane; "
             "leave it out, or give conformal = False"

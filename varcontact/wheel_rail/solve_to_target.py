@@ -75,25 +75,25 @@ def to_target(
     flat.
     """
     started = time.perf_counter()
-    rough = replace(case, dx=START[0], dy=START[1], conformal=False)
+    rough = replace(case.in_planes(), dx=START[0], dy=START[1])
     try:
         first = _first(rough, tol, methods, target, started)
     except (NotConverged, SceneError):
-        if case.conformal is not True:
+        if not case.curved:
             raise
-        first = _first(replace(rough, conformal=True), tol, methods, target, started)
+        first = _first(rough.on_curved_surface(), tol, methods, target, started)
     on_first(first)
     chosen = target.accuracy is not None and not (target.by_default and noisy_patches(first))
 
     def on_curved_surface() -> WheelRailSolution:
-        curved = replace(case, conformal=True)
+        curved = case.on_curved_surface()
         coarse = _with_elements_across(curved, first, ACROSS)
         first_curved = _first(coarse, tol, methods, target, started, Start(first))
         return _from_first(curved, tol, methods, target, first_curved, started, chosen)
 
-    if case.conformal is True:
+    if case.curved:
         return on_curved_surface()
-    if case.conformal == "auto" and any(too_wide(case, each) for each in first.patches):
+    if case.plane_or_curved and any(too_wide(case, each) for each in first.patches):
         # a profile that turns too fast or is too rough: the warning tells
         with suppress(NotConverged, SceneError):
             return on_curved_surface()

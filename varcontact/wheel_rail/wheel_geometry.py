@@ -163,7 +163,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         if self.conformal != "auto":
             set_(self, "conformal", checks.flag("conformal", self.conformal))
         self._check_distances()
-        if self.conformal is True and not self._constant:
+        if self.curved and not self._constant:
             reason = (
                 "conformal: its curved surface is straight along the rail; "
                 "give False where profiles vary"
@@ -264,7 +264,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             turn = 2 * self.separate - self.join
         # overlaps that make one patch each, and their planes
         nearer = self.separate
-        if self.conformal is True:
+        if self.curved:
             nearer = turn
         groups = joined(self.locus.overlaps(z), nearer)
         tangents = tangents_of(groups, self.rail, self.separate, turn)
@@ -283,8 +283,9 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         # undeformed distance
         frame = tangent.frame
         body = self.body(z)
-        curved = self.conformal is True
-        surface = reference_surface(overlaps, tangent, self.wheel, self.rail, body, sides, curved)
+        surface = reference_surface(
+            overlaps, tangent, self.wheel, self.rail, body, sides, self.curved
+        )
         # creepages, and seams
         creepage = self.creepage(frame, surface.approach, z)
         speed = None
@@ -342,7 +343,21 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
     @property
     def tractions_bear_load(self) -> bool:
         """True where tractions bear a part of the vertical force, or change the pressures."""
-        return self.with_friction or self.bodies.K != 0 or self.conformal is True
+        return self.with_friction or self.bodies.K != 0 or self.curved
+
+    @property
+    def curved(self) -> bool:
+        """True where contacts are on a curved surface."""
+        return self.conformal is True
+
+    @property
+    def plane_or_curved(self) -> bool:
+        """True where the first solution decides between planes and curved surfaces."""
+        return self.conformal == "auto"
+
+    def in_planes(self) -> Self:
+        """The same wheel, whose contacts are in planes."""
+        return replace(self, conformal=False)
 
     def on_curved_surface(self) -> Self:
         """The same wheel, whose contact is on a curved surface."""
@@ -352,9 +367,9 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         """The same wheel on a plane or a curved surface as the wheel `before`, where it is left
         open.
         """
-        if self.conformal != "auto":
+        if not self.plane_or_curved:
             return self
-        return replace(self, conformal=before.conformal is True)
+        return replace(self, conformal=before.curved)
 
     def check_bare(self) -> None:
         """Refuse what lies between wheel and rail where theories have none."""
