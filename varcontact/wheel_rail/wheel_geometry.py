@@ -292,13 +292,13 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         if self.thermal is not None:
             speed = creepage.speed
         motion = Steady(vx=creepage.vx, vy=creepage.vy, spin=creepage.spin, speed=speed)
-        if curved or self.slip_by_element:
+        if self.curved or self.slip_by_element:
             rail = self.track.rail_body(self.side)
             slip = surface.rigid_slip(frame, rail, body, self.velocity.speed)
             motion = Steady(rigid_slip=slip, speed=speed)
         seams = seams_of(overlaps, frame, self.join, self.separate)
         inclination = None
-        if curved:
+        if self.curved:
             seams = _at_arc_lengths(seams, surface)
             inclination = surface.inclination
         # places on the profiles
