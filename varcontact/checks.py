@@ -28,7 +28,7 @@ _NO_NUMBERS = (bool, str, bytes, bytearray, complex)
 _FLOAT = np.dtype(float)
 P = ParamSpec("P")
 R = TypeVar("R")
-HandedOn = Callable[[Mapping[str, Any]], Iterable[str]]
+ForwardedNames = Callable[[Mapping[str, Any]], Iterable[str]]
 """Names of the options that a function hands on, by all options that are given."""
 POISSON = "a Poisson's ratio in (-1, 0.5]"
 REFINE_BECAME = "accuracy, without a grid"
@@ -310,16 +310,18 @@ def options_of(function: Callable[..., Any], **given: Any) -> tuple[str, ...]:
     else is given.
     """
     code = inspect.unwrap(function).__code__
-    handed_on: HandedOn = getattr(function, "handed_on", _nothing)
-    return *code.co_varnames[: code.co_argcount + code.co_kwonlyargcount], *handed_on(given)
+    forwarded: ForwardedNames = getattr(function, "forwarded", _nothing)
+    return *code.co_varnames[: code.co_argcount + code.co_kwonlyargcount], *forwarded(given)
 
 
 def _nothing(given: Mapping[str, Any]) -> Iterable[str]:
     return ()
 
 
-def named_options(handed_on: HandedOn = _nothing) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """A public function that refuses misspelt options before any work; `handed_on` has names of
+def named_options(
+    forwarded: ForwardedNames = _nothing,
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """A public function that refuses misspelt options before any work; `forwarded` has names of
     ``**options``.
     """
 
@@ -337,7 +339,7 @@ def named_options(handed_on: HandedOn = _nothing) -> Callable[[Callable[P, R]], 
             with shown_progress() as show:
                 return call(*args, **{**options, "progress": show})
 
-        checked.handed_on = handed_on  # type: ignore[attr-defined]
+        checked.forwarded = forwarded  # type: ignore[attr-defined]
         return checked
 
     return checking

@@ -89,7 +89,7 @@ def test_every_public_function_with_progress_takes_true():
             value = getattr(module, name)
             if inspect.isfunction(value) and "progress" in inspect.signature(value).parameters:
                 functions.append(name)
-                assert hasattr(value, "handed_on"), name
+                assert hasattr(value, "forwarded"), name
     assert len(functions) >= 10
 
 

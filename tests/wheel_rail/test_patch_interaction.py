@@ -87,7 +87,7 @@ def test_forces_do_not_jump_when_parts_become_patches():
     )
     z = case.touching + 0.03
     (patch,) = case.patches(z)
-    ((_, weight),) = patch.seams
+    ((_, weight),) = patch.interactions
     apart = 20.0 - weight ** (1 / 0.8) * 19.0
     found = [
         replace(case, z=z, separate=separate).solve()

@@ -18,7 +18,7 @@ from varcontact.wheel_rail import (
     shakedown,
     wear,
 )
-from varcontact.wheel_rail.plausibility import at_tip, doubts
+from varcontact.wheel_rail.plausibility import at_tip, warnings_of
 
 RAIL = Profile.rail_60e1()
 IN_INCHES = Profile(y=RAIL.y / 25.4, z=RAIL.z / 25.4, kind="rail")
@@ -57,7 +57,7 @@ def on(**track):
     ],
 )
 def test_each_mistake_has_its_warning(case, words):
-    (doubt,) = doubts(case)
+    (doubt,) = warnings_of(case)
     assert words in doubt
 
 
@@ -70,7 +70,7 @@ def test_usual_wheels_have_none():
         replace(WHEEL, vertical_force=1e3),
     ]
     cases.append(replace(SET, vertical_force=1e6))
-    assert [text for case in cases for text in doubts(case)] == []
+    assert [text for case in cases for text in warnings_of(case)] == []
 
 
 def test_a_gauge_in_metres_is_named_before_it_is_refused():

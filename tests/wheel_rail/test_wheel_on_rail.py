@@ -76,7 +76,7 @@ def test_the_benchmarks_position_between_tread_and_flange():
     wanted = published("right", 5.0)
     found = benchmark(wanted, dx=0.5, dy=0.5).solve()
     (each,) = found.patches
-    assert len(each.patch.seams) == 1
+    assert len(each.patch.interactions) == 1
     assert each.patch.location == pytest.approx([wanted["x"], wanted["y"], wanted["z"]], abs=0.03)
     assert each.normal_force == pytest.approx(wanted["fn"], rel=1e-3)
     assert each.force[:2] == pytest.approx(
@@ -189,7 +189,7 @@ def test_solutions_of_left_and_right_are_mirror_images():
         ).solve()
         for side, sign in (("right", 1), ("left", -1))
     )  # fmt: skip
-    assert len(right.patches[0].patch.seams) == len(left.patches[0].patch.seams) == 1
+    assert len(right.patches[0].patch.interactions) == len(left.patches[0].patch.interactions) == 1
     assert left.force == pytest.approx(right.force * [1, -1, 1], rel=1e-6)
     assert left.moment_on_wheelset == pytest.approx(
         right.moment_on_wheelset * [-1, 1, -1], rel=1e-6

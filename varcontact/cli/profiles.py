@@ -67,13 +67,13 @@ def _row(file: Path, name: str, kind: str | None, scale: float) -> dict[str, Any
     in words.
     """
     row: dict[str, Any] = {**dict.fromkeys(COLUMNS), "file": name, "refused": None, "doubts": []}
-    with warnings.catch_warnings(record=True) as doubts:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             row.update(_sizes(file, kind, scale))
         except VarcontactError as error:
             row["refused"] = str(error)
-    row["doubts"] = list(dict.fromkeys(str(each.message) for each in doubts))
+    row["doubts"] = list(dict.fromkeys(str(each.message) for each in caught))
     return row
 
 

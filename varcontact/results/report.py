@@ -23,9 +23,9 @@ from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
 
 
-def report(sol: Solution, with_doubts: bool = True) -> str:
+def report(sol: Solution, with_warnings: bool = True) -> str:
     """The printed report of a solution, see `Solution.report`."""
-    above = [f"WARNING: {doubt}" for doubt in sol.scene.doubts if with_doubts]
+    above = [f"WARNING: {doubt}" for doubt in sol.scene.doubts if with_warnings]
     rows = [("WARNING", words) for words in sol.warnings if words not in sol.scene.doubts]
     rows += [*_loads(sol), ("contact", _contact_elements(sol)), *_samples(sol), ("", "")]
     rows += [*_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
@@ -435,7 +435,7 @@ def report_history(history: History) -> str:
         lines += ["", f"Surface temperature at the end at most {history.temperature().max():.4g}."]
     if history.error_estimate is not None:
         lines += ["", _largest_errors(history.error_estimate)]
-    return "\n".join([*lines, "", f"Step {count - 1}: {report(history[-1], with_doubts=False)}"])
+    return "\n".join([*lines, "", f"Step {count - 1}: {report(history[-1], with_warnings=False)}"])
 
 
 def _table_of_steps(history: History, shown: np.ndarray) -> list[str]:

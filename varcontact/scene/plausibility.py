@@ -71,7 +71,7 @@ LARGE_CONTACT = 0.5
 """Semi-axis relative to the radius of curvature: a half-space is far from such a body."""
 
 
-def doubts(scene: Scene) -> tuple[str, ...]:
+def warnings_of(scene: Scene) -> tuple[str, ...]:
     """Likely mistakes, see `Scene.doubts`."""
     return tuple(words for check in CHECKS if (words := check(scene)))
 

@@ -523,7 +523,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         )
 
     @lazy_property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings_of(self) -> tuple[str, ...]:
         """Plausibility warnings: likely mistakes, with their figures. `solve`
         warns of them by `PlausibilityWarning`; plans, reports and
         `Solution.warnings` have them, too.
@@ -543,7 +543,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         >>> scene.doubts
         ('G = 8.2e+10 looks like pascals, a radius of 300 like millimetres',)
         """
-        return plausibility.doubts(self)
+        return plausibility.warnings_of(self)
 
     def _repr_html_(self) -> str:
         entries = [(each.name, getattr(self, each.name)) for each in fields(self)]

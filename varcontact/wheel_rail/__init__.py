@@ -6,7 +6,6 @@ radians, velocities in mm/s.
 
 from varcontact.wheel_rail.contact_input import read_contact_input
 from varcontact.wheel_rail.damage import JohnsonDiagram, johnson_diagram, wear_down, worn_profile
-from varcontact.wheel_rail.doubts import CoarseElements, ConformalContact, RoughProfile
 from varcontact.wheel_rail.geometry_table import (
     GeometryTable,
     WheelSetForces,
@@ -16,6 +15,7 @@ from varcontact.wheel_rail.geometry_table import (
 )
 from varcontact.wheel_rail.history import wheel_on_rail_history
 from varcontact.wheel_rail.patch_solution import PatchSolution
+from varcontact.wheel_rail.patch_warnings import CoarseElements, ConformalContact, RoughProfile
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_dimensions import (

@@ -35,7 +35,7 @@ from varcontact.scene.friction_laws import LAWS
 from varcontact.study.csv_table import Table, of_another
 from varcontact.study.parallel import opened, results
 from varcontact.system.progress import Progress
-from varcontact.wheel_rail.doubts import warn
+from varcontact.wheel_rail.patch_warnings import warn
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind

@@ -62,7 +62,7 @@ PRESSED = 0.02
 
 
 @dataclass(frozen=True)
-class FastWay:
+class FastTheories:
     """A normal and a tangential theory; of a law of friction its kinetic coefficient may count."""
 
     normal: str = "virtual-penetration"
@@ -86,9 +86,9 @@ class FastWay:
 class Search:
     """The balance of a case by a fast way."""
 
-    def __init__(self, case: LoadedWheelSet, way: FastWay) -> None:
+    def __init__(self, case: LoadedWheelSet, theories: FastTheories) -> None:
         self._case = case
-        self._way = way
+        self._theories = theories
         sideways = [name for name in case.free if name in ("y", "lateral")]
         turning = [name for name in case.free if name in ("yaw", "yaw_rate")]
         self._held = (*sideways, *turning)
@@ -209,14 +209,18 @@ class Search:
         self._last = at.x
         self._derivatives = at.derivatives
         self._found = balance.values(at.x)
-        self._wheels = balance.wheels(at.x, self._way)
+        self._wheels = balance.wheels(at.x, self._theories)
         return balance.left_over(self._wheels)
 
     def _root(
         self, balance: Balance, x: np.ndarray, tol: float, derivatives: np.ndarray | None = None
     ) -> Iterate:
         return broyden(
-            lambda x: balance.imbalance(balance.wheels(x, self._way)), x, tol, ROUNDS, derivatives
+            lambda x: balance.imbalance(balance.wheels(x, self._theories)),
+            x,
+            tol,
+            ROUNDS,
+            derivatives,
         )
 
     def _rolling(self, balance: Balance, x: np.ndarray, name: str | None) -> np.ndarray:
@@ -229,12 +233,12 @@ class Search:
 
         if name is None:
             return x
-        pair = balance.wheels(x, self._way)
+        pair = balance.wheels(x, self._theories)
         pure = balance.values(balance.unknowns({}))[name]
 
         def left_over(creep: float) -> float:
             velocity = replace(balance.case.velocity, **{name: pure * (1 + creep)})
-            left, right = (self._way.at_velocity(wheel, velocity) for wheel in pair)
+            left, right = (self._theories.at_velocity(wheel, velocity) for wheel in pair)
             return balance.left_over((left, right))[BALANCED[name]]
 
         # a bracket, which is moved away from the end that leaves more
@@ -379,7 +383,7 @@ def _above_rail(case: LoadedWheelSet, wheel: WheelOnRail) -> SceneError:
 def _check_pressed(wheel: WheelForces, step: float) -> None:
     """Refuse a wheel on which the vertical force falls as it is pressed in by a step [mm]."""
     deeper = replace(wheel.case, z=wheel.z + step)
-    fast = FastWay(kinetic=True)
+    fast = FastTheories(kinetic=True)
     if fast(deeper).force[2] < fast(wheel.case).force[2]:
         reason = (
             f"the {wheel.case.side} wheel is wedged: friction lifts it when pressed in; "

@@ -30,7 +30,7 @@ from varcontact.wheel_rail.locus import Overlap
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.patches import NOWHERE, Sides, Tangent
 from varcontact.wheel_rail.result import WheelRailSolution
-from varcontact.wheel_rail.solve import without_doubts
+from varcontact.wheel_rail.solve import without_plausibility_warnings
 from varcontact.wheel_rail.wheel_geometry import ELEMENT, ContactPatch, WheelGeometry
 from varcontact.wheel_rail.wheel_on_elements import Start, WheelOnElements, solved_alone
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
@@ -113,7 +113,7 @@ def wheel_on_rail_history(
     before = start
     for k, (wheel, distance) in enumerate(zip(wheels, distances, strict=True)):
         try:
-            with without_doubts():
+            with without_plausibility_warnings():
                 before = _step(wheel, distance, before, tol, named | {"certify": certify})
         except VarcontactError as error:
             raise error.in_step(k, found) from error.__cause__

@@ -16,7 +16,7 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.splitting.method import splitting_normal
-from varcontact.wheel_rail.patches import Seams
+from varcontact.wheel_rail.patches import Interactions
 
 NORM_ELEMENTS_MAX = 2000
 """Elements that overlap, up to which NORM is asked first."""
@@ -27,9 +27,9 @@ SEAM_TOL = 1e-6
 """Change of the distance that ends them, relative to the approach."""
 
 
-def with_interaction(scene: Scene, seams: Seams) -> Scene:
+def with_interaction(scene: Scene, interactions: Interactions) -> Scene:
     """The scene with the undeformed distance in which each part of a patch feels the others by the
-    seams' weights.
+    interactions' weights.
 
     Parts lie in one plane. The displacement that the pressure of one makes in another is multiplied
     by a weight, from 1 where they are so near as to be one patch to 0 where they are two: forces do
@@ -43,7 +43,7 @@ def with_interaction(scene: Scene, seams: Seams) -> Scene:
     if not isinstance(grid, Grid):
         grid = _grid_of_samples(surface)
     # the part of each row of elements, and the displacement that it does not feel, by the two parts
-    places, weights = np.array(seams).T
+    places, weights = np.array(interactions).T
     part = np.searchsorted(places, grid.y)
     unfelt = _unfelt(weights)
     disc = discretise(
@@ -85,7 +85,7 @@ def _grid_of_samples(surface: SampledDistance) -> Grid:
 
 def _unfelt(weights: np.ndarray) -> np.ndarray:
     """Shares of the displacement by one part that another does not feel: 1 less the product of the
-    weights of the seams between them.
+    weights of the interactions between them.
     """
     count = weights.size + 1
     shares = np.zeros((count, count))

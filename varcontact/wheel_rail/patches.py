@@ -37,7 +37,7 @@ MOST = 400_000
 FALL = 0.8
 """Exponent of the fall of a seam's weight with the distance of its parts, CONTACT's."""
 
-Seams = tuple[tuple[float, float], ...]
+Interactions = tuple[tuple[float, float], ...]
 """Places along y where parts of a patch meet, ascending, and the weights with which they feel each
 other."""
 Sides = tuple[float, float] | None
@@ -124,18 +124,20 @@ def tangents_of(
     return tangents
 
 
-def seams_of(overlaps: list[Overlap], frame: Frame, join: float, separate: float) -> Seams:
-    """Seams between overlaps that are more than `join` apart; from `separate` on, parts do not feel
-    each other.
+def interactions_of(
+    overlaps: list[Overlap], frame: Frame, join: float, separate: float
+) -> Interactions:
+    """Places between overlaps that are more than `join` apart, and weights of interaction there;
+    from `separate` on there is none.
     """
-    seams = []
+    interactions = []
     for left, right in pairwise(overlaps):
         apart = _apart(left, right)
         if apart > join:
             middle = (left.surface[-1] + right.surface[0]) / 2
             weight = max(0.0, (separate - apart) / (separate - join)) ** FALL
-            seams.append((float((middle - frame.origin[1:]) @ frame.axes[1:, 1]), weight))
-    return tuple(seams)
+            interactions.append((float((middle - frame.origin[1:]) @ frame.axes[1:, 1]), weight))
+    return tuple(interactions)
 
 
 def too_rough(y: float) -> SceneError:

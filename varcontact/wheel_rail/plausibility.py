@@ -37,7 +37,7 @@ HARDNESS = 1e3, 2e4
 """Hardnesses of steels [N/mm^2]; by Brinell and Vickers they are a tenth of it in number."""
 
 
-def doubts(case: OnTrack) -> tuple[str, ...]:
+def warnings_of(case: OnTrack) -> tuple[str, ...]:
     """Likely mistakes in the entries of a wheel, or a wheel set, on its track."""
     return tuple(words for check in CHECKS if (words := check(case)))
 

@@ -57,10 +57,10 @@ class WheelForces(Labelled):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Plausibility warnings of the wheel and of its patches, each once."""
-        return tuple(dict.fromkeys((*plausibility.doubts(self.case), *self.patch_doubts)))
+        return tuple(dict.fromkeys((*plausibility.warnings_of(self.case), *self.patch_warnings)))
 
     @property
-    def patch_doubts(self) -> tuple[str, ...]:
+    def patch_warnings(self) -> tuple[str, ...]:
         """Plausibility warnings of the patches, each once."""
         return ()
 
@@ -148,10 +148,12 @@ class WheelRailSolution(Reported, WheelForces):
         patch; each once.
         """
         faults = (text for each in self.patches for text in each.solution.warnings)
-        return tuple(dict.fromkeys((*plausibility.doubts(self.case), *self.patch_doubts, *faults)))
+        return tuple(
+            dict.fromkeys((*plausibility.warnings_of(self.case), *self.patch_warnings, *faults))
+        )
 
     @property
-    def patch_doubts(self) -> tuple[str, ...]:
+    def patch_warnings(self) -> tuple[str, ...]:
         """Plausibility warnings of the patches and their scenes, each once."""
         texts: list[str] = []
         for each in self.patches:

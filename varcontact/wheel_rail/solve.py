@@ -13,14 +13,14 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.operators import Operators
 from varcontact.errors import NotConverged, PlausibilityWarning, SceneError, VarcontactError
-from varcontact.scene.plausibility import warn as warn_of_doubts
+from varcontact.scene.plausibility import warn as warn_plausibility
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import BY_DEFAULT, CertifyName, Target
 from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
-from varcontact.wheel_rail.doubts import noisy_patches, too_wide, warn, warn_of_noise
-from varcontact.wheel_rail.plausibility import doubts
+from varcontact.wheel_rail.patch_warnings import noisy_patches, too_wide, warn, warn_of_noise
+from varcontact.wheel_rail.plausibility import warnings_of
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.solve_to_target import to_target
 from varcontact.wheel_rail.wheel_geometry import WheelGeometry
@@ -41,7 +41,7 @@ def solve_wheel_on_rail(
     case: WheelGeometry, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """See `WheelOnRail.solve`; `methods` has the arguments of `varcontact.solve`."""
-    warn_of_doubts(doubts(case), stacklevel=5)
+    warn_plausibility(warnings_of(case), stacklevel=5)
     rough: list[str] = []
 
     def on_first(first: WheelRailSolution) -> None:
@@ -79,7 +79,7 @@ def solve_wheels_on_rails(
         # pressures at the next height of each
         proposed: list[list[ContactOnGrid]] = []
         for each in going:
-            with without_doubts():
+            with without_plausibility_warnings():
                 proposed.append(each.propose())
             yield from each.new_answers()
         # tractions of all
@@ -87,7 +87,7 @@ def solve_wheels_on_rails(
         settled = with_tractions_batched(contacts) if together else contacts
         # forces, which tell the heights after
         for each, own in zip(going, proposed, strict=True):
-            with without_doubts():
+            with without_plausibility_warnings():
                 each.learn([settled.pop(0) for _ in own])
             yield from each.new_answers()
         going = [each for each in going if not each.done]
@@ -103,7 +103,7 @@ def _parts(cases: Sequence[WheelGeometry]) -> list[dict[int, WheelGeometry]]:
 
 
 @contextmanager
-def without_doubts() -> Iterator[None]:
+def without_plausibility_warnings() -> Iterator[None]:
     """Plausibility warnings of scenes of patches are left out: `warn` has them, each once."""
     with one_blas_thread(), catch_warnings():
         simplefilter("ignore", PlausibilityWarning)

@@ -35,8 +35,8 @@ from varcontact.solving.grid_sequence import (
 )
 from varcontact.solving.options import SolveOptions, Target
 from varcontact.wheel_rail.bearing_height import BearingHeight
-from varcontact.wheel_rail.doubts import noisy_patches, too_wide
 from varcontact.wheel_rail.patch_solution import PatchSolution
+from varcontact.wheel_rail.patch_warnings import noisy_patches, too_wide
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_geometry import VARIES, ContactPatch, WheelGeometry
 from varcontact.wheel_rail.wheel_on_elements import (

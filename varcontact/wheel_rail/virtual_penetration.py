@@ -40,7 +40,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.reference.hertz import approaches, hertz, semi_axes
-from varcontact.scene.plausibility import warn as warn_of_doubts
+from varcontact.scene.plausibility import warn as warn_plausibility
 from varcontact.theories.creep_forces import TheoryName, creep_forces, formula_of
 from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.bearing_height import BearingHeight
@@ -183,7 +183,7 @@ class FastWheel(WheelForces):
     patches: tuple[FastPatch, ...]
 
     @property
-    def patch_doubts(self) -> tuple[str, ...]:
+    def patch_warnings(self) -> tuple[str, ...]:
         """Plausibility warnings of the patches, each once."""
         texts: list[str] = []
         for each in self.patches:
@@ -206,9 +206,9 @@ def estimate_wheel_on_rail(
     case: WheelGeometry, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> FastWheel:
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
-    warn_of_doubts(plausibility.doubts(case), stacklevel=4)
+    warn_plausibility(plausibility.warnings_of(case), stacklevel=4)
     found = estimated(case, normal, tangential, tol, options, stacklevel=5)
-    warn_of_doubts(found.patch_doubts, stacklevel=4)
+    warn_plausibility(found.patch_warnings, stacklevel=4)
     return found
 
 

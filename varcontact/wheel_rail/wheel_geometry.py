@@ -22,13 +22,13 @@ from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, Overlap, contact_locus, varied_locus
 from varcontact.wheel_rail.patches import (
+    Interactions,
     ReferenceSurface,
-    Seams,
     Sides,
     Tangent,
+    interactions_of,
     joined,
     reference_surface,
-    seams_of,
     tangents_of,
 )
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
@@ -83,7 +83,7 @@ class ContactPatch:
         The patch as a scene: undeformed distance on the potential contact,
         approach, friction and creepages. Lengths are in mm and forces in N;
         tractions act on the rail.
-    seams : tuple of pairs of float
+    interactions : tuple of pairs of float
         Where parts of the patch meet along y, and the weights with which they
         feel each other: none in nearly all patches.
     """
@@ -97,7 +97,12 @@ class ContactPatch:
     creepage: Creepages
     approach: float
     scene: Scene
-    seams: Seams = ()
+    interactions: Interactions = ()
+
+    @property
+    def seams(self) -> Interactions:
+        """Earlier name of `interactions`."""
+        return self.interactions
 
 
 LENGTHS = ("dx", "dy", "join", "separate", "turn")
@@ -286,7 +291,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         surface = reference_surface(
             overlaps, tangent, self.wheel, self.rail, body, sides, self.curved
         )
-        # creepages, and seams
+        # creepages, and the interaction of parts
         creepage = self.creepage(frame, surface.approach, z)
         speed = None
         if self.thermal is not None:
@@ -296,10 +301,10 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             rail = self.track.rail_body(self.side)
             slip = surface.rigid_slip(frame, rail, body, self.velocity.speed)
             motion = Steady(rigid_slip=slip, speed=speed)
-        seams = seams_of(overlaps, frame, self.join, self.separate)
+        interactions = interactions_of(overlaps, frame, self.join, self.separate)
         inclination = None
         if self.curved:
-            seams = _at_arc_lengths(seams, surface)
+            interactions = _at_arc_lengths(interactions, surface)
             inclination = surface.inclination
         # places on the profiles
         on_rail = self.track.on_rail(frame.origin[1:], self.side)
@@ -337,7 +342,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             creepage=creepage,
             approach=surface.approach,
             scene=scene,
-            seams=seams,
+            interactions=interactions,
         )
 
     @property
@@ -452,10 +457,10 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         )
 
 
-def _at_arc_lengths(seams: Seams, surface: ReferenceSurface) -> Seams:
-    """Seams at the arc lengths of a curved surface."""
+def _at_arc_lengths(interactions: Interactions, surface: ReferenceSurface) -> Interactions:
+    """Interactions at the arc lengths of a curved surface."""
     inside = np.isfinite(surface.lateral)
-    places = [y for y, _ in seams]
+    places = [y for y, _ in interactions]
     lengths = np.interp(places, surface.lateral[inside], surface.grid.y[inside]).tolist()
-    weights = [weight for _, weight in seams]
+    weights = [weight for _, weight in interactions]
     return tuple(zip(lengths, weights, strict=True))

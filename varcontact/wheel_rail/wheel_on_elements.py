@@ -207,8 +207,8 @@ def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[C
     """The patches at a height, with the interaction of those that are parts of one."""
     patches = []
     for each in case.patches(z, with_grid=with_grid):
-        if each.seams:
-            each = replace(each, scene=with_interaction(each.scene, each.seams))
+        if each.interactions:
+            each = replace(each, scene=with_interaction(each.scene, each.interactions))
         patches.append(each)
     return tuple(patches)
 

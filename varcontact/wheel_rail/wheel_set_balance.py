@@ -18,13 +18,13 @@ from varcontact.solving.options import CertifyName
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.equilibrium import STEP, Balance, Solver, broyden
 from varcontact.wheel_rail.equilibrium_search import (
-    FastWay,
+    FastTheories,
     Search,
     balanced_wheels,
     unbalanced,
     warn_unbalanced,
 )
-from varcontact.wheel_rail.plausibility import doubts
+from varcontact.wheel_rail.plausibility import warnings_of
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
 from varcontact.wheel_rail.solve import TARGETS
 from varcontact.wheel_rail.wheel_geometry import ELEMENT
@@ -69,9 +69,9 @@ def solve_wheel_set(
     case: LoadedWheelSet, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.solve`."""
-    warn(doubts(case), stacklevel=4)
+    warn(warnings_of(case), stacklevel=4)
     # the balance by the fast way
-    fast = FastWay(kinetic=True)
+    fast = FastTheories(kinetic=True)
     balance, x = Search(case, fast).found()
     derivatives = _derivatives(balance, x, fast)
     # exact solutions; grids that are chosen for an accuracy come last
@@ -95,11 +95,11 @@ def solve_wheel_set(
 
 def _warn_of_patches(found: WheelSetSolution, stacklevel: int) -> None:
     """Plausibility warnings of the patches of both wheels, each once."""
-    texts = (text for each in found.wheels for text in each.patch_doubts)
+    texts = (text for each in found.wheels for text in each.patch_warnings)
     warn(dict.fromkeys(texts), stacklevel=stacklevel)
 
 
-def _derivatives(balance: Balance, x: np.ndarray, fast: FastWay) -> np.ndarray:
+def _derivatives(balance: Balance, x: np.ndarray, fast: FastTheories) -> np.ndarray:
     """Derivatives of the imbalance, by the fast way."""
     columns = []
     for step in STEP * np.eye(x.size):
@@ -137,8 +137,8 @@ def estimate_wheel_set(
     case: LoadedWheelSet, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.estimate`."""
-    warn(doubts(case), stacklevel=4)
-    fast = FastWay(normal, tangential, tuple(options.items()))
+    warn(warnings_of(case), stacklevel=4)
+    fast = FastTheories(normal, tangential, tuple(options.items()))
     balance, x = Search(case, fast).found()
     estimate = _solution(balance, x, fast, 0, None)
     warn_unbalanced(estimate.imbalance, tol)

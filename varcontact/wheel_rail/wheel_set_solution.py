@@ -14,13 +14,13 @@ from varcontact import checks
 from varcontact.html import Reported
 from varcontact.results.error_estimate import with_bar
 from varcontact.wheel_rail.equilibrium_search import (
-    FastWay,
+    FastTheories,
     Search,
     balanced_wheels,
     warn_unbalanced,
 )
 from varcontact.wheel_rail.patch_solution import forces_in_words
-from varcontact.wheel_rail.plausibility import doubts
+from varcontact.wheel_rail.plausibility import warnings_of
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_shape import flange
@@ -110,7 +110,7 @@ class WheelSetSolution(Reported, WheelForces):
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the wheel set and of its wheels, each once."""
         texts = [text for each in self.wheels for text in each.warnings]
-        return tuple(dict.fromkeys([*doubts(self.case), *texts]))
+        return tuple(dict.fromkeys([*warnings_of(self.case), *texts]))
 
     @property
     def position(self) -> Position:
@@ -244,7 +244,7 @@ class WheelSetSolution(Reported, WheelForces):
 
 def _lateral_force(case: LoadedWheelSet) -> float:
     """Fy of both wheels on the rails by the fast way [N]."""
-    fast = FastWay()
+    fast = FastTheories()
     balance, x = Search(case, fast).found()
     left, right = balanced_wheels(balance, x, fast)
     imbalance = np.abs(balance.imbalance((left, right))).max(initial=0.0)

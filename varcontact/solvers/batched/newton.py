@@ -142,9 +142,9 @@ def _joined(
 def shift_before(problem: BatchedProblem, traction: np.ndarray, ahead: int) -> np.ndarray:
     """Displacements (2, ny, nx, n) by tractions, of particles so many elements ahead."""
     ny, nx, _ = problem.bound.shape
-    ways = transforms(ny, nx, ((ahead, 1.0),))
-    symbol = ways.symbol(influence(problem, ways.columns) * (problem.dx / np.pi))
-    return Method(problem, ways).product(traction, symbol, symbol[:2, 0, 0])
+    transform = transforms(ny, nx, ((ahead, 1.0),))
+    symbol = transform.symbol(influence(problem, transform.columns) * (problem.dx / np.pi))
+    return Method(problem, transform).product(traction, symbol, symbol[:2, 0, 0])
 
 
 class Method:

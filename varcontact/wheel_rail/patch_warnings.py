@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from varcontact.scene.plausibility import warn as warn_of_doubts
+from varcontact.scene.plausibility import warn as warn_plausibility
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.profile_shape import check_sides
 from varcontact.wheel_rail.result import WheelRailSolution
@@ -43,7 +43,7 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
     """
     case = found.case
     check_sides(case.track.profile, stacklevel=stacklevel + 1)
-    warn_of_doubts(found.patch_doubts, stacklevel=stacklevel)
+    warn_plausibility(found.patch_warnings, stacklevel=stacklevel)
     normal = sum(each.normal_force for each in found.patches)
     if case.vertical_force is not None and normal > STEEP * case.vertical_force:
         steepest = np.degrees(max(abs(each.patch.angle) for each in found.patches))
