@@ -523,7 +523,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         )
 
     @lazy_property
-    def warnings_of(self) -> tuple[str, ...]:
+    def doubts(self) -> tuple[str, ...]:
         """Plausibility warnings: likely mistakes, with their figures. `solve`
         warns of them by `PlausibilityWarning`; plans, reports and
         `Solution.warnings` have them, too.

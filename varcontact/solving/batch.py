@@ -29,7 +29,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
 from varcontact.scene.transient import Transient
 from varcontact.solvers.batched.newton import shift_before, solve_batch
-from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
+from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution, side_by_side
 from varcontact.solving.time_step import largest_contacts
 from varcontact.system.process import one_blas_thread
 
@@ -380,17 +380,8 @@ class _Arrays:
 
 def _lattices(members: list[_Member]) -> tuple[np.ndarray, ...]:
     """Sides, x and y of the elements of all members, and their parts of the load."""
-    n = len(members)
-    ny, nx = np.max([each.shape for each in members], axis=0).tolist()
-    sides = np.empty((2, n))
-    x = np.zeros((nx, n))
-    y = np.zeros((ny, n))
-    share = np.zeros((ny, nx, n))
-    for j, each in enumerate(members):
-        sides[:, j], own_x, own_y, own_share = _elements(each.scene, each.hertz)
-        x[: own_x.size, j] = own_x
-        y[: own_y.size, j] = own_y
-        share[: own_y.size, : own_x.size, j] = own_share
+    elements = [_elements(each.scene, each.hertz) for each in members]
+    sides, x, y, share = map(side_by_side, zip(*elements, strict=True))
     return sides, x, y, share
 
 
@@ -457,7 +448,7 @@ def _solve_group(
     if near is not None:
         start = near.on(problem, numbers, [vx, vy], arrays.step)
     if before is not None:
-        carried = _side_by_side([before[number][0] for number in numbers], arrays.W) / arrays.G
+        carried = side_by_side([before[number][0] for number in numbers]) / arrays.G
         arrays.W[...] -= shift_before(problem, carried, kind.ahead)
         start = carried, np.zeros((2, len(members)))
 
@@ -486,14 +477,6 @@ def _fields(
     """Tractions, traction bound and places of the elements of scene j."""
     ny, nx = shape
     return traction[:, :ny, :nx, j], bound[:ny, :nx, j], arrays.x[:nx, j], arrays.y[:ny, j]
-
-
-def _side_by_side(fields: list[np.ndarray], like: np.ndarray) -> np.ndarray:
-    """Fields (2, ..., ...) of scenes in one array of the shape of another, zero beyond each."""
-    whole = np.zeros_like(like)
-    for j, own in enumerate(fields):
-        whole[:, : own.shape[1], : own.shape[2], j] = own
-    return whole
 
 
 def _figures(

@@ -13,7 +13,7 @@ from varcontact.discrete.problems import RawSolution
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.scene.motion import Steady
 from varcontact.solvers.batched.newton import solve_batch
-from varcontact.solvers.batched.problem import BatchedProblem
+from varcontact.solvers.batched.problem import BatchedProblem, side_by_side
 from varcontact.solving.batch import MOST_ELEMENTS
 from varcontact.solving.contact_solver import record_answer
 from varcontact.solving.on_grid import ContactOnGrid
@@ -48,26 +48,23 @@ def _solve_batch(contacts: list[ContactOnGrid], difference: str) -> list[Contact
     """The contacts with tractions, where these converge."""
     from scipy.ndimage import find_objects
 
-    # the elements in contact of each, in arrays of one shape
+    # the elements in contact of each
     boxes = [find_objects((each.state.pressure > 0).astype(int))[0] for each in contacts]
-    shapes = [each.state.pressure[box].shape for each, box in zip(contacts, boxes, strict=True)]
-    bound = np.zeros((*np.max(shapes, axis=0), len(contacts)))
-    shift, start = np.zeros((2, 2, *bound.shape))
-    for j, (each, box) in enumerate(zip(contacts, boxes, strict=True)):
-        pressed = (each.disc.coefficient * each.state.pressure)[box]
-        here = np.s_[: pressed.shape[0], : pressed.shape[1], j]
-        bound[here] = pressed
-        shift[:, *here] = each.disc.known_shift[:, *box]
-        start[:, *here] = each.state.traction[:, *box]
+    in_boxes = list(zip(contacts, boxes, strict=True))
+    bounds = [(each.disc.coefficient * each.state.pressure)[box] for each, box in in_boxes]
+    shifts = [each.disc.known_shift[:, *box] for each, box in in_boxes]
+    starts = [each.state.traction[:, *box] for each, box in in_boxes]
 
     # one problem with given creepages
     dx, dy = np.array([each.disc.lattice.sides for each in contacts]).T
     media = [cast(HalfSpaces, each.disc.operators.medium) for each in contacts]
     nu = np.array([medium.nu for medium in media])
     force = np.full((2, len(contacts)), math.nan)
-    problem = BatchedProblem(dx, dy, nu, shift, bound, force, difference)
+    problem = BatchedProblem(
+        dx, dy, nu, side_by_side(shifts), side_by_side(bounds), force, difference
+    )
     tol = contacts[0].solver.tol / 10
-    batched = solve_batch(problem, tol, (start, np.zeros_like(force)))
+    batched = solve_batch(problem, tol, (side_by_side(starts), np.zeros_like(force)))
 
     # the tractions of each on its own grid
     solved = list(contacts)

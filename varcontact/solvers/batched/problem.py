@@ -4,7 +4,7 @@ solution.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
@@ -33,6 +33,17 @@ class Batch:
         """Write others in the places of some."""
         for each, values in zip(self, other, strict=True):
             each[..., ids] = values
+
+
+def side_by_side(fields: Sequence[np.ndarray]) -> np.ndarray:
+    """Fields of problems on as many elements as each has, in one array with the problem as its last
+    axis; zero beyond the elements of each.
+    """
+    shape = np.max([each.shape for each in fields], axis=0)
+    together = np.zeros((*shape, len(fields)))
+    for j, own in enumerate(fields):
+        together[(*map(slice, own.shape), j)] = own
+    return together
 
 
 @dataclass(frozen=True, eq=False)
