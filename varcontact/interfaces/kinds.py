@@ -19,10 +19,7 @@ KINDS: tuple[tuple[Callable[[BetweenBodies], bool], type[Any]], ...] = (
     (lambda given: not isinstance(given.friction, Law | FrictionBound), Coulomb),
     (lambda given: isinstance(given.friction, Law), FrictionLaw),
     (lambda given: isinstance(given.friction, FrictionBound), BoundByPressure),
-    (
-        lambda given: given.scene.flows,
-        YieldingLayer,
-    ),
+    (lambda given: given.scene.flows, YieldingLayer),
 )
 """Which scenes have a kind, and its class."""
 
