@@ -197,5 +197,5 @@ def _draw_steps(history: History, film: Path, writer: Any) -> None:
             mark.set_xdata([places[k]] * 2)
             if k == 0:
                 figure.draw_without_rendering()
-                figure.set_layout_engine("none")
+                figure.set_layout_engine(None)  # frames are drawn once
             writer.grab_frame()
