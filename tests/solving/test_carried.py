@@ -106,13 +106,11 @@ def test_work_is_conserved_along_the_way(dq, direction):
     )
 
 
-@pytest.mark.parametrize(
-    ("length", "known", "off"), [(4.0, 0.508 - 0.093j, 0.025), (8.0, 0.147 - 0.0085j, 0.02)]
-)
-def test_crests_of_a_corrugation_wear_most(length, known, off):
+def test_crests_of_a_corrugation_wear_most():
     """First harmonic of the work by the mean, a^2/2R and amplitude, as on finer elements, at half
     of f Fz.
     """
+    length, known = 4.0, 0.508 - 0.093j
     cells = 60
     scene = roller(cells, carried=waves(length, 0.2, cells), steps=1)
     lead, period = 3 * scene.grid.nx, round(length * cells / 2)
@@ -123,7 +121,7 @@ def test_crests_of_a_corrugation_wear_most(length, known, off):
     wave = np.exp(-2j * np.pi * work.X.values / length)
     first = 2 * np.mean(work.values * wave) / float(work.mean())
     amplitude = 0.2 / R * (length / (2 * np.pi)) ** 2
-    assert abs(first / amplitude / (2 * R) - known) < off * abs(known)
+    assert abs(first / amplitude / (2 * R) - known) < 0.025 * abs(known)
 
 
 def test_a_flat_passes_once_a_turn():

@@ -82,7 +82,7 @@ def test_a_long_history_tends_to_steady_rolling(bodies, surface):
     """To that by influence numbers that lag: resistance and approach to second order in the
     step.
     """
-    off, rolled = [], 12 if surface is LINE else 4
+    off, rolled = [], 8 if surface is LINE else 4
     for cells in (8, 16):
         grid = vc.solve(scene(bodies, surface, cells, friction=0.0, steps=1, dt=1.0)).grid
         dx, given = grid.sides[0], {"vx": 0.02, "vy": 0.01}

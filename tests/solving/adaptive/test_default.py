@@ -79,12 +79,10 @@ def test_histories(tmp_path):
     ],
 )
 def test_the_error_bar_holds(kind):
-    """Of two random scenes of a kind, against finer grids; `tests.benchmarks accuracy` takes
+    """Of a random scene of a kind, against a finer grid; `tests.benchmarks accuracy` takes
     hundreds.
     """
-    beyond = []
-    for scene in scenes(kind, 2, seed=3101):
-        sol, fine = vc.solve(scene), vc.solve(scene, certify=None, accuracy=0.004)
-        missed = error(values(sol), values(fine), units(fine)) - fine.error_estimate.largest
-        beyond.append(missed / sol.error_estimate.largest)
-    assert max(beyond) <= 1
+    (scene,) = scenes(kind, 1, seed=3101)
+    sol, fine = vc.solve(scene), vc.solve(scene, certify=None, accuracy=0.004)
+    missed = error(values(sol), values(fine), units(fine)) - fine.error_estimate.largest
+    assert missed <= sol.error_estimate.largest
