@@ -5,11 +5,12 @@
 
 A mutant is the package with one wrong token: ``<`` for ``<=``, ``+`` for ``-``, ``and`` for ``or``,
 ``min`` for ``max``, a constant plus one, a minus or a ``not`` left out. Seed, rooms and count choose
-the mutants. Each is written into a temporary copy of the repository, never into this one. There the
-quick tests of its room run until the first failure, those of its module first; if all pass, all
-tests of the rooms in ``SEEN_BY`` run (``--quick`` leaves these out). A run that needs much more
-processor time than without the mutant counts as caught. Run it on a quiet machine: on a busy one
-tests of time budgets fail without reason, and what they fail with counts as caught.
+the mutants. Each is written into a temporary copy of the repository, never into this one. There
+tests run until the first failure: the quick ones that bear its module's name or import it, which
+take seconds; if these pass, the quick ones of its room; if these pass, all tests of the rooms in
+``SEEN_BY`` (``--quick`` leaves these out). A run that needs much more processor time than without
+the mutant counts as caught. Run it on a quiet machine: on a busy one tests of time budgets fail
+without reason, and what they fail with counts as caught.
 
 How to read the list: ``caught`` names the first test that fails. ``SURVIVED`` shows the line before
 and after: no test asserts what this line does. Write one, and try again with ``--survivors``. If the
@@ -39,6 +40,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib.util import cache_from_source
 from pathlib import Path
+from threading import Lock
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "tests" / "data" / "mutants.json"
@@ -72,6 +74,9 @@ SWAPS = {
     ast.Or: ("or", "and"),
 }
 EXTREMA = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum"}
+QUICK = "not slow and not long"
+NO_TESTS = 5
+"""Exit status of pytest where a module has no tests."""
 TIME_LIMIT = "time limit"
 IDENTITY = ("file", "function", "before", "after")
 """What a mutant is known by when lines move."""
@@ -201,24 +206,29 @@ def found_tests(name: str) -> list[str]:
     return sorted(str(test.relative_to(ROOT)) for test in (ROOT / "tests").glob(name))
 
 
+def nearest(file: str) -> list[str]:
+    """Quick tests of a module: its examples, the file of its name, and those that import it."""
+    inside = Path(file).relative_to("varcontact").with_suffix("")
+    module = re.escape(".".join(["varcontact", *inside.parts]))
+    importing = re.compile(rf"^(?:from|import) {module} ", re.MULTILINE)
+    own = ROOT / "tests" / inside.parent / f"test_{inside.name}.py"
+    others = [path for path in sorted((ROOT / "tests").rglob("test_*.py")) if path != own]
+    tests = [path for path in others if importing.search(path.read_text())]
+    if own.exists():
+        tests.insert(0, own)
+    return [file, *(str(path.relative_to(ROOT)) for path in tests), "-m", QUICK]
+
+
 def quick(room: str) -> list[str]:
     """Quick tests of the folder of a room."""
     own = SEEN_BY.get(room, room).split()[0]
-    return [*found_tests(own), "-m", "not slow and not long"]
+    return [*found_tests(own), "-m", QUICK]
 
 
 def thorough(room: str) -> list[str]:
     """All tests that see a room."""
     names = SEEN_BY.get(room, room).split()
     return [*(test for name in names for test in found_tests(name)), "-m", "not long"]
-
-
-def of_module(mutant: Mutant) -> list[str]:
-    """Examples and tests of the module of a mutant, and of its folder, which run before others."""
-    inside = Path(mutant.file).relative_to("varcontact")
-    tests = Path("tests") / inside.parent
-    nearest = [tests / f"test_{inside.stem}.py", tests]
-    return [mutant.file, *(str(path) for path in nearest if (ROOT / path).exists())]
 
 
 def failure(tree: Path, tests: list[str], seconds: int = 7200) -> str:
@@ -238,7 +248,7 @@ def failure(tree: Path, tests: list[str], seconds: int = 7200) -> str:
         )
     except subprocess.TimeoutExpired:
         return TIME_LIMIT
-    if ended.returncode == 0:
+    if ended.returncode in (0, NO_TESTS):
         return ""
     if ended.returncode < 0:
         return TIME_LIMIT
@@ -246,34 +256,48 @@ def failure(tree: Path, tests: list[str], seconds: int = 7200) -> str:
     return first.group(1) if first else f"pytest ends with {ended.returncode}"
 
 
-def caught_by(mutant: Mutant, tree: Path, runs: list[tuple[list[str], int]]) -> str:
+class Limits:
+    """Processor seconds that a mutant may take for a selection of tests, which pass without it."""
+
+    def __init__(self, tree: Path) -> None:
+        self.tree = tree
+        self.known: dict[tuple[str, ...], int] = {}
+        self.one_at_a_time = Lock()
+
+    def of(self, tests: list[str]) -> int:
+        with self.one_at_a_time:
+            if tuple(tests) not in self.known:
+                self.known[tuple(tests)] = self.measured(tests)
+            return self.known[tuple(tests)]
+
+    def measured(self, tests: list[str]) -> int:
+        begun = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        if failed := failure(self.tree, tests):
+            raise RuntimeError(f"fails without a mutant: {failed}")
+        used = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - begun
+        print(f"{used:.0f} s without a mutant: pytest {' '.join(tests)}", flush=True)
+        return 60 + 3 * int(used)
+
+
+def caught_by(mutant: Mutant, tree: Path, selections: list[list[str]], limits: Limits) -> str:
     """The first test that fails with a mutant in a tree; empty where it survives."""
+    for tests in selections:
+        if failed := _caught_by(mutant, tree, tests, limits.of(tests)):
+            return failed
+    return ""
+
+
+def _caught_by(mutant: Mutant, tree: Path, tests: list[str], seconds: int) -> str:
     path = tree / mutant.file
     source = path.read_bytes()
     compiled = Path(cache_from_source(str(path)))
     compiled.unlink(missing_ok=True)
     path.write_bytes(mutant.written(source))
     try:
-        for tests, seconds in runs:
-            if failed := failure(tree, tests, seconds):
-                return failed
-        return ""
+        return failure(tree, tests, seconds)
     finally:
         path.write_bytes(source)
         compiled.unlink(missing_ok=True)
-
-
-def limits(tree: Path, selections: list[list[str]]) -> list[int]:
-    """Processor seconds a mutant may take for each selection of tests, which pass without it."""
-    found = []
-    for tests in selections:
-        begun = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-        if failed := failure(tree, tests):
-            sys.exit(f"fails without a mutant: {failed}")
-        used = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - begun
-        found.append(60 + 3 * int(used))
-        print(f"{used:.0f} s without a mutant: pytest {' '.join(tests)}", flush=True)
-    return found
 
 
 class Ledger:
@@ -335,19 +359,18 @@ def campaign(given: argparse.Namespace) -> int:
 
     def attempt(mutant: Mutant) -> str:
         tree = trees.get()
+        selections = [nearest(mutant.file), quick(mutant.room)]
+        if not given.quick:
+            selections.append(thorough(mutant.room))
         try:
-            (tests, seconds), *others = runs[mutant.room]
-            return caught_by(mutant, tree, [([*of_module(mutant), *tests], seconds), *others])
+            return caught_by(mutant, tree, selections, limits)
         finally:
             trees.put(tree)
 
     with tempfile.TemporaryDirectory() as folder:
         for n in range(given.jobs):
             trees.put(copy_of(ROOT, Path(folder, str(n))))
-        runs = {}
-        for room in sorted({mutant.room for mutant in left}):
-            selections = [quick(room)] if given.quick else [quick(room), thorough(room)]
-            runs[room] = list(zip(selections, limits(trees.queue[0], selections), strict=True))
+        limits = Limits(copy_of(ROOT, Path(folder, "without")))
         pool = ThreadPoolExecutor(given.jobs)
         try:
             futures = {pool.submit(attempt, mutant): mutant for mutant in left}

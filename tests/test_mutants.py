@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests import mutants
-from tests.mutants import ROOT, Ledger, Mutant, caught_by, mutants_of, verdict
+from tests.mutants import ROOT, Ledger, Limits, Mutant, caught_by, mutants_of, verdict
 
 TOY = '''\
 def largest(a, b):
@@ -78,7 +78,9 @@ def test_a_mutant_without_end_is_caught_by_its_time(toys):
     (toys / "tests/toys/test_toy.py").write_text("import varcontact.toys.toy\n\ndef test(): pass\n")
     endless = mutants_of(toys, "varcontact/toys/toy.py")[1]
     assert endless.after == "n += 1"
-    assert caught_by(endless, toys, [(["tests/toys"], 2)]) == "time limit"
+    known = Limits(toys)
+    known.known[("tests/toys",)] = 2
+    assert caught_by(endless, toys, [["tests/toys"]], known) == "time limit"
 
 
 def test_mutants_of_the_package_are_where_they_are_meant():
