@@ -8,8 +8,11 @@ import pytest
 from matplotlib.quiver import Quiver
 
 import varcontact as vc
+from tests.test_documentation import extension
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
+MADE = EXAMPLES.parent / "docs" / "made"
+gallery = extension("gallery")
 
 
 def script(name):
@@ -24,12 +27,30 @@ def ran(tmp_path, capsys):
     """A function: what an example's `main` returns; it draws a picture and prints some words."""
 
     def run(name, words="", **options):
-        found = script(name).main(str(tmp_path / "picture.png"), **options)
-        assert (tmp_path / "picture.png").stat().st_size > 10_000
-        assert words in capsys.readouterr().out
+        picture = tmp_path / f"{name}.png"
+        found = script(name).main(str(picture), **options)
+        assert picture.stat().st_size > 10_000
+        printed = capsys.readouterr().out
+        assert words in printed
+        if options == gallery.SMALLER.get(name, {}):  # the site need not run it again
+            gallery.Example(EXAMPLES / f"{name}.py").work(MADE).leave(printed, [picture])
         return found
 
     return run
+
+
+def test_what_was_run_here_is_not_run_for_the_gallery(tmp_path):
+    example = gallery.Example(tmp_path / "fig.py")
+    example.path.write_text('"""A title.\n\nRun: python fig.py [picture.png]"""\n1 / 0\n')
+    picture = tmp_path / "fig.png"
+    picture.write_bytes(b"picture")
+    work = example.work(tmp_path / "made")
+    work.leave("printed\n", [picture])
+    assert work.done() == "printed\n"
+    assert (work.folder / "fig.png").read_bytes() == b"picture"
+    example.path.write_text(example.path.read_text() + "# changed\n")
+    with pytest.raises(RuntimeError, match="ZeroDivisionError"):
+        example.work(tmp_path / "made").done()
 
 
 def solved(name):

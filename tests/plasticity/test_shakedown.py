@@ -221,9 +221,9 @@ def test_surface_stresses_of_bilinear_tractions():
 
 @pytest.mark.slow
 def test_residual_stress_is_in_equilibrium_and_holds_between_samples():
-    solution = ellipse(f=0.2, n=16)
+    solution = ellipse(f=0.2, n=12)
     way = passage(solution, 2, ones, refined=2).half()
-    space = ResidualSpace.around(way, 10, 4, 12)
+    space = ResidualSpace.around(way, 8, 4, 10)
     bound = lower_bound(way, space, 4.0, quiet)
     rho = bound.residual
     # no tractions at the surface
@@ -245,13 +245,13 @@ def test_residual_stress_is_in_equilibrium_and_holds_between_samples():
 
 @pytest.mark.slow
 def test_velocities_are_an_upper_bound():
-    solution = ellipse(f=0.2, n=16)
+    solution = ellipse(f=0.2, n=12)
     way = passage(solution, 2, ones, refined=2).half()
-    sizes = ((6, 3, 6), (10, 4, 10))
+    sizes = ((5, 3, 5), (8, 4, 8))
     coarse, fine = (upper_bound(way, flow_mesh(way, *size), quiet) for size in sizes)
     assert fine.factor < coarse.factor
     assert fine.ratchet > 0.9
-    bound = lower_bound(way, ResidualSpace.around(way, 10, 4, 12), 0.97 * fine.factor, quiet)
+    bound = lower_bound(way, ResidualSpace.around(way, 8, 4, 10), 0.97 * fine.factor, quiet)
     assert bound.factor <= bound.sampled <= fine.factor
 
 

@@ -19,7 +19,7 @@ REACHED = {"normal": 1e-8, "tangential": 5e-6}
 """What programs leave without a polish when asked for 1e-8 (QPs) and 1e-7 (cones: near the edges of
 the friction disks the last digits come slowly, up to 16 times the request was seen)."""
 CELLS = vc.Grid(nx=8, ny=8)
-GRIDS = {"steady": vc.Grid(nx=6, ny=6), "shift": CELLS}  # a march takes many solves
+GRIDS = {"steady": vc.Grid(nx=5, ny=5), "shift": CELLS}  # a march takes many solves
 
 STEADY = vc.Steady(vx=0.05, vy=-0.02, spin=0.03)
 SHIFT = vc.Shift(ux=0.1, uy=-0.06, rotation=0.05)
