@@ -7,10 +7,10 @@ A mutant is the package with one wrong token: ``<`` for ``<=``, ``+`` for ``-``,
 ``min`` for ``max``, a constant plus one, a minus or a ``not`` left out. Seed, rooms and count choose
 the mutants. Each is written into a temporary copy of the repository, never into this one. There
 tests run until the first failure: the quick ones that bear its module's name or import it, which
-take seconds; if these pass, the quick ones of its room; if these pass, all tests of the rooms in
-``SEEN_BY`` (``--quick`` leaves these out). A run that needs much more processor time than without
-the mutant counts as caught. Run it on a quiet machine: on a busy one tests of time budgets fail
-without reason, and what they fail with counts as caught.
+take seconds; then the quick ones of its room; then the slow ones that import it, and all tests of
+the rooms in ``SEEN_BY`` (``--quick`` leaves these two out). A run that needs much more processor
+time than without the mutant counts as caught. Run it on a quiet machine: on a busy one tests of
+time budgets fail without reason, and what they fail with counts as caught.
 
 How to read the list: ``caught`` names the first test that fails. ``SURVIVED`` shows the line before
 and after: no test asserts what this line does. Write one, and try again with ``--survivors``. If the
@@ -75,6 +75,7 @@ SWAPS = {
 }
 EXTREMA = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum"}
 QUICK = "not slow and not long"
+SLOW = "slow and not long"
 NO_TESTS = 5
 """Exit status of pytest where a module has no tests."""
 TIME_LIMIT = "time limit"
@@ -206,17 +207,31 @@ def found_tests(name: str) -> list[str]:
     return sorted(str(test.relative_to(ROOT)) for test in (ROOT / "tests").glob(name))
 
 
-def nearest(file: str) -> list[str]:
-    """Quick tests of a module: its examples, the file of its name, and those that import it."""
-    inside = Path(file).relative_to("varcontact").with_suffix("")
-    module = re.escape(".".join(["varcontact", *inside.parts]))
-    importing = re.compile(rf"^(?:from|import) {module} ", re.MULTILINE)
-    own = ROOT / "tests" / inside.parent / f"test_{inside.name}.py"
-    others = [path for path in sorted((ROOT / "tests").rglob("test_*.py")) if path != own]
-    tests = [path for path in others if importing.search(path.read_text())]
-    if own.exists():
-        tests.insert(0, own)
-    return [file, *(str(path.relative_to(ROOT)) for path in tests), "-m", QUICK]
+def nearest(file: str, marks: str) -> list[str]:
+    """Tests of a module: its examples, the file of its name, and those that import it or, where
+    none do, a module that imports it.
+    """
+    tests = tests_of(file)
+    if not tests:
+        users = importing(file, "varcontact", "*.py")
+        tests = sorted({test for user in users for test in tests_of(user)})
+    return [file, *tests, "-m", marks]
+
+
+def tests_of(file: str) -> list[str]:
+    """The file of tests of a module's name, and those that import the module."""
+    inside = Path(file).relative_to("varcontact")
+    own = str(Path("tests") / inside.parent / f"test_{inside.name}")
+    others = [test for test in importing(file, "tests", "test_*.py") if test != own]
+    return [own, *others] if (ROOT / own).exists() else others
+
+
+def importing(file: str, folder: str, pattern: str) -> list[str]:
+    """Files in a folder that import a module."""
+    module = re.escape(".".join(Path(file).with_suffix("").parts))
+    line = re.compile(rf"^\s*(?:from|import) {module} ", re.MULTILINE)
+    paths = sorted((ROOT / folder).rglob(pattern))
+    return [str(path.relative_to(ROOT)) for path in paths if line.search(path.read_text())]
 
 
 def quick(room: str) -> list[str]:
@@ -359,9 +374,9 @@ def campaign(given: argparse.Namespace) -> int:
 
     def attempt(mutant: Mutant) -> str:
         tree = trees.get()
-        selections = [nearest(mutant.file), quick(mutant.room)]
+        selections = [nearest(mutant.file, QUICK), quick(mutant.room)]
         if not given.quick:
-            selections.append(thorough(mutant.room))
+            selections += [nearest(mutant.file, SLOW), thorough(mutant.room)]
         try:
             return caught_by(mutant, tree, selections, limits)
         finally:
