@@ -281,7 +281,8 @@ def wear(
     >>> print(f"T-gamma = {worn.t_gamma:.1f} N, {1e6 * depth:.2f} nm by a passage")
     T-gamma = 79.0 N, 5.53 nm by a passage
     """
-    checks.kind("found", found, WheelRailSolution)
+    more = ": of a wheel set its left or right wheel, found.left or found.right"
+    checks.kind("found", found, WheelRailSolution, more=more)
     if archard is not None:
         checks.kind("archard", archard, Archard, ArchardMap)
         warn(plausibility.of_hardness(archard.hardness), stacklevel=2)
