@@ -339,3 +339,15 @@ def test_a_field_of_asperities():
     )
     assert max(sol.certificate.residual for sol in history) < 1e-8
     np.testing.assert_allclose(history.force[:, 0], -2e-3, rtol=1e-7)
+
+
+def test_positions_are_the_sums_of_the_distances_rolled() -> None:
+    back_and_forth = vc.Transient(
+        steps=5, dq=[0.1, 0.2, 0.3, 0.0, 0.4], direction=[1, -1, 1, 1, -1], rolled=0.5
+    )
+    at = [back_and_forth.position(k, dx=0.7) for k in range(-1, 5)]
+    np.testing.assert_allclose(at, [0.5, 0.6, 0.4, 0.7, 0.7, 0.3], rtol=1e-15)
+
+    by_elements = vc.Transient(steps=3, direction=-1)
+    at = [by_elements.position(k, dx=0.7) for k in range(-1, 3)]
+    np.testing.assert_allclose(at, [0.0, -0.7, -1.4, -2.1], rtol=1e-15)

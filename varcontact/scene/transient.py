@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from varcontact import checks
 from varcontact.checks import Checked, number
 from varcontact.errors import SceneError
@@ -14,6 +16,7 @@ from varcontact.scene.carried import Carried
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.motion import SPIN_OFFSET, TimeStep, force_or_rigid, offset
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface
+from varcontact.system.process import lazy_property
 
 STEPS_MAX = 1_000_000
 """Steps of one history: they are looked through several times before the first is solved."""
@@ -212,13 +215,15 @@ class Transient(
         """Place X at the end of step `k`, from 0, with elements of length `dx` [length]; of -1
         before the first.
         """
-        distances = []
-        for step in range(k + 1):
-            dq = self.of("dq", step)
-            if dq is None:
-                dq = dx
-            distances.append(dq * self.of("direction", step))
-        return (self.rolled or 0.0) + sum(distances)
+        unit = dx if self.dq is None else 1.0
+        return (self.rolled or 0.0) + float(self._distances[k + 1]) * unit
+
+    @lazy_property
+    def _distances(self) -> np.ndarray:
+        """What is rolled before each step and at the end [length; elements without `dq`]."""
+        dq = 1.0 if self.dq is None else self.dq
+        rolled = np.broadcast_to(np.multiply(dq, self.direction), self.steps)
+        return np.concatenate([[0.0], np.cumsum(rolled)])
 
     @property
     def height_range(self) -> float:

@@ -72,6 +72,7 @@ def _solved(
     stepping = time_stepping(scene, history.grid, solver)
     start = stepping.start()
     before = start if len(history) == 0 else history[-1]
+    warm = scene.warm
     heated = heat_so_far(scene, start, map(heat_of, history))
 
     def tell_stage(stage: str) -> None:
@@ -82,7 +83,8 @@ def _solved(
             progress(f"{len(history)} of {count} steps")
             before = stepping.step(k, before, heated, tell_stage if solver.continuum else None)
             keep(k, before)
-            heated += heat_so_far(scene, None, map(heat_of, [before]))
+            if warm:
+                heated.append(heat_of(before))
         except VarcontactError as error:
             raise error.in_step(k, history) from error.__cause__
         except KeyboardInterrupt:
