@@ -392,11 +392,11 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     @property
     def frictions(self) -> list[float | np.ndarray | Law | FrictionBound | None]:
         """The different coefficients of friction, of which a history has several."""
-        of_steps = None
-        if isinstance(self.motion, Transient):
-            of_steps = self.motion.friction
-        if not isinstance(of_steps, tuple):
-            return [self.friction if of_steps is None else of_steps]
+        if not isinstance(self.motion, Transient) or self.motion.friction is None:
+            return [self.friction]
+        of_steps = self.motion.friction
+        if not isinstance(of_steps, Sequence):
+            return [of_steps]
         different = {id(friction): friction for friction in of_steps}
         if id(None) in different:
             different[id(None)] = self.friction

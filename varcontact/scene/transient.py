@@ -215,14 +215,18 @@ class Transient(
         """Place X at the end of step `k`, from 0, with elements of length `dx` [length]; of -1
         before the first.
         """
-        unit = dx if self.dq is None else 1.0
-        return (self.rolled or 0.0) + float(self._distances[k + 1]) * unit
+        distance = float(self._distances[k + 1])
+        if self.dq is None:
+            distance *= dx
+        return (self.rolled or 0.0) + distance
 
     @lazy_property
     def _distances(self) -> np.ndarray:
         """What is rolled before each step and at the end [length; elements without `dq`]."""
-        dq = 1.0 if self.dq is None else self.dq
-        rolled = np.broadcast_to(np.multiply(dq, self.direction), self.steps)
+        steps = np.asarray(self.direction, dtype=float)
+        if self.dq is not None:
+            steps = steps * self.dq
+        rolled = np.broadcast_to(steps, self.steps)
         return np.concatenate([[0.0], np.cumsum(rolled)])
 
     @property
