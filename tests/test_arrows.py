@@ -60,7 +60,7 @@ CONVENIENCE = {
     "plasticity.shakedown_result": {"plasticity.plots"},
     "wheel_rail.geometry_table": {"wheel_rail.plots"},
     "wheel_rail.profile": {"wheel_rail.plots"},
-    "wheel_rail.result": {"wheel_rail.plots"},
+    "wheel_rail.result": {"wheel_rail.gradient", "wheel_rail.plots"},
     "wheel_rail.wear_depth": {"wheel_rail.plots"},
     "wheel_rail.wheel_set_solution": {"wheel_rail.plots"},
 }

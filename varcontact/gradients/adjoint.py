@@ -193,9 +193,11 @@ class Adjoint:
     def along(self, scene_of: SceneOf, value: float) -> float:
         """By any number that makes a scene, by a central difference of L at its value."""
         step = RELATIVE_STEP * (abs(value) or 1.0)
-        above = self.lagrangian(scene_of(value + step))
-        below = self.lagrangian(scene_of(value - step))
-        return (above - below) / (2 * step)
+        return self.between(scene_of(value + step), scene_of(value - step)) / (2 * step)
+
+    def between(self, above: Scene, below: Scene) -> float:
+        """Difference of L between two scenes on either side."""
+        return self.lagrangian(above) - self.lagrangian(below)
 
     def lagrangian(self, scene: Scene, grid: Grid | None = None) -> float:
         """L with the fields of the solution in another scene, on the solution's grid or another."""

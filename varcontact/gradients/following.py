@@ -72,6 +72,10 @@ class Following:
         """By any number that makes a scene."""
         return self.held.along(scene_of, value) + self.extent.along(scene_of, value)
 
+    def between(self, above: Scene, below: Scene) -> float:
+        """Difference between two scenes on either side."""
+        return self.held.between(above, below) + self.extent.between(above, below)
+
 
 def along_with_ellipse(adjoint: Adjoint, scene_of: SceneOf, value: float) -> float:
     """Derivative by any number that makes a scene, on a grid that is stretched with Hertz's

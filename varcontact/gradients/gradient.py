@@ -112,7 +112,7 @@ class _Request:
             if not names:
                 raise SceneError(field, [], "at least one")
         for name, output in self.outputs.items():
-            _check_output(solution, name, output)
+            check_output(solution, name, output)
         for path in self.inputs.values():
             _check_input(solution, path)
 
@@ -264,7 +264,7 @@ def _check_stick(solution: Solution) -> None:
         raise SceneError(field, getattr(motion, prescribed[0]), allowed)
 
 
-def _check_output(solution: Solution, name: str, output: Output) -> None:
+def check_output(solution: Solution, name: str, output: Output) -> None:
     """Refuse outputs that the scene has not."""
     motion = solution.scene.motion
     if motion is None and output.needs_motion:

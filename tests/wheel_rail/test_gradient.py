@@ -1,0 +1,80 @@
+"""Gradients of wheels on rails, through the geometry."""
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.wheel_rail.conditions import cone, round_rail
+from varcontact.wheel_rail import Position, Track, WheelOnRail, WheelSet
+
+RAIL = round_rail().resampled(1.0)
+OUTPUTS = ["normal_force", "Fx", "friction_work"]
+
+
+@functools.cache
+def wheel(side=0.8, rail=RAIL, load=60e3, y=1.0, yaw=0.002):
+    case = WheelOnRail(
+        track=Track(rail=rail, gauge=1433.0, gauge_height=2.0),
+        wheelset=WheelSet(wheel=cone(0.05)),
+        position=Position(y=y, yaw=yaw),
+        vertical_force=load,
+        dx=side,
+        dy=side,
+    )
+    return case.solve(tol=1e-9)
+
+
+def values(solution):
+    (patch,) = solution.patches
+    own = patch.solution
+    return np.array([own.normal_force, own.Fx, own.friction_work])
+
+
+@pytest.mark.parametrize(
+    ("name", "entry", "at", "step"),
+    [("y", "y", 1.0, 0.5), ("yaw", "yaw", 0.002, 2e-4), ("vertical_force", "load", 60e3, 6e3)],
+)
+def test_by_position_and_load(name, entry, at, step):
+    """Against differences of solutions, which scatter as elements enter."""
+    found = wheel().gradient(OUTPUTS, name)[name].to_numpy()[:, 0]
+    above = values(wheel(**{entry: at + step}))
+    below = values(wheel(**{entry: at - step}))
+    expected = (above - below) / (2 * step)
+    assert found == pytest.approx(expected, rel=0.06, abs=2e-4 * abs(values(wheel())).max() / 60e3)
+
+
+def test_by_the_points_of_a_profile():
+    """A rail that is lifted as a whole lifts the wheel; one with a bump is stiffer across."""
+    found = wheel().gradient(["Fx", "peak_pressure"], "rail").rail
+    whole = found.sum("rail_point")
+    assert (abs(whole) < 1e-3 * abs(found).sum("rail_point")).all()
+    middle = wheel().patches[0].patch.on_rail[0]
+    bump = np.exp(-(((RAIL.y - middle - 1) / 6) ** 2))
+    by_bump = (found * bump).sum("rail_point").to_numpy()[:, 0]
+
+    def moved(height):
+        solution = wheel(rail=replace(RAIL, z=RAIL.z + height * bump))
+        own = solution.patches[0].solution
+        return np.array([own.Fx, own.pressure.max()])
+
+    expected = (moved(0.02) - moved(-0.02)) / 0.04
+    assert by_bump == pytest.approx(expected, rel=0.12)
+
+
+def test_under_a_given_height_forces_follow_it():
+    """The vertical force by the height is the stiffness that the load's derivatives have."""
+    loaded = wheel()
+    held = replace(loaded, case=replace(loaded.case, vertical_force=None, z=loaded.z))
+    by_load = loaded.gradient("normal_force", "vertical_force").vertical_force
+    assert float(by_load.squeeze()) == pytest.approx(1.0, abs=0.02)
+    with pytest.raises(vc.SceneError, match="prescribed by the case"):
+        held.gradient("normal_force", "vertical_force")
+
+
+@pytest.mark.parametrize(("output", "by"), [("Fz", "y"), ("Fx", "position.v"), ("vx", "y")])
+def test_what_a_wheel_has_not(output, by):
+    with pytest.raises(vc.SceneError):
+        wheel().gradient(output, by)
