@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.elasticity.halfspace import influence_numbers
+from varcontact.elasticity.halfspace import HalfSpaces, influence_numbers
 from varcontact.elasticity.operators import GridOperator, influence_operator
 
 GRID = vc.Grid(nx=9, ny=7, dx=0.3, dy=0.5, x0=0.0, y0=0.0)
@@ -48,6 +48,13 @@ def test_dense_block_entry_by_entry():
                 x[i] - x[j] + 0.2, y[i] - y[j], 0.3, 0.5, nu=0.3, components=["xy"]
             )["xy"]
             assert block[i, 3 + j] == pytest.approx(here - before, rel=1e-12, abs=1e-15)
+
+
+def test_a_stencil_of_one_entry_has_its_weight():
+    bodies = HalfSpaces(nu=0.3, K=0.2)
+    plain = bodies.operator(GRID, "xyz", "xyz", ((0.2, 1.0),))
+    weighted = bodies.operator(GRID, "xyz", "xyz", ((0.2, -0.5),))
+    np.testing.assert_array_equal(weighted.table, -0.5 * plain.table)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3, -0.6, 0.2])
