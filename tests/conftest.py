@@ -29,8 +29,10 @@ hypothesis.settings.load_profile("default")
 
 SLOW = """
 study plotting io wheel_rail fuzz adaptive friction system results conic line_contact
+plasticity gradients benchmark benchmarks
 test_viscoelastic_histories test_viscoelastic test_conformal test_carried test_third_body test_registry
 test_every_kind test_no_slip test_documentation test_examples test_transient test_table test_memory
+test_style test_smear test_mutants
 """
 
 
