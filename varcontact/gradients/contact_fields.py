@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.system.process import lazy_property
@@ -142,13 +141,7 @@ class ContactFields:
         return found
 
     def _bound(self, pressure: np.ndarray, slip: np.ndarray) -> np.ndarray:
-        given: Any = self.scene.friction
-        if isinstance(given, FrictionBound):
-            return given.bound(pressure, *self.places)
-        if isinstance(given, Law):
-            return given.on(slip, None, pressure, *self.places) * pressure
-        coefficient = np.broadcast_to(np.asarray(given, float), self.disc.grid.shape)
-        return np.nan_to_num(coefficient, posinf=0.0) * pressure
+        return self.scene.bound_under(pressure, slip, *self.places)
 
     @property
     def _has_tractions(self) -> bool:

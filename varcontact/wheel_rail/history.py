@@ -13,7 +13,6 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.contact_grid import Box, contact_box, interpolated
 from varcontact.errors import SceneError, VarcontactError
-from varcontact.interfaces.third_body import YIELD_STRESS
 from varcontact.kinematics import Creepages, Frame
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -134,27 +133,11 @@ def _checked(
         before = start.case
     for k, wheel in enumerate(wheels):
         checks.kind(f"wheels[{k}]", wheel, WheelOnRail)
-        _check_wheel(f"wheels[{k}]", wheel)
+        wheel.check_in_steps(f"wheels[{k}]")
         if before is not None:
             _check_same(f"wheels[{k}]", wheel, before)
         before = wheel
     return tuple(wheels)
-
-
-def _check_wheel(field: str, wheel: WheelOnRail) -> None:
-    """Refuse what histories do not have."""
-    refused = {
-        "conformal": wheel.conformal is True,
-        "slip_by_element": wheel.slip_by_element,
-        "thermal": wheel.thermal is not None,
-    }
-    for name, given in refused.items():
-        if given:
-            allowed = "left out: a history has patches in planes, and no temperatures"
-            raise SceneError(f"{field}.{name}", True, allowed)
-    rails = wheel.track.rails
-    if len({id(profile) for rail in rails for profile in rail.profiles}) > 1:
-        raise SceneError(f"{field}.track", len(rails), "of one profile along the rail")
 
 
 def _check_same(field: str, wheel: WheelOnRail, before: WheelGeometry) -> None:
@@ -169,8 +152,7 @@ def _check_same(field: str, wheel: WheelOnRail, before: WheelGeometry) -> None:
 def _check_start(start: WheelRailSolution) -> None:
     """Refuse a start on elements of other sides, or on a curved surface."""
     for each in start.patches:
-        surface = each.patch.scene.surface
-        if isinstance(surface, SampledDistance) and surface.inclination is not None:
+        if not each.patch.in_plane:
             raise SceneError("start.case.conformal", True, "False: a history has planes")
         _check_sides("start", each.solution.grid.sides, _sides(start.case))
 
@@ -407,9 +389,7 @@ def _start(left: Sequence[_Left], lattice: Grid, grid: Grid, scene: Scene) -> So
     """All that is left together, on elements of a patch; None if that is nothing."""
     if not left:
         return None
-    fresh = {}
-    if scene.third_body is not None:
-        fresh[YIELD_STRESS] = scene.third_body.tau_c0
+    fresh = scene.fresh
 
     def together(fields: Sequence[np.ndarray], fresh_value: float = 0.0) -> np.ndarray:
         parts = [

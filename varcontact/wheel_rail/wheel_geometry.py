@@ -100,6 +100,11 @@ class ContactPatch:
     interactions: Interactions = ()
 
     @property
+    def in_plane(self) -> bool:
+        """True where its elements lie in one plane."""
+        return not self.scene.conformal
+
+    @property
     def seams(self) -> Interactions:
         """Earlier name of `interactions`."""
         return self.interactions
@@ -382,6 +387,21 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             if getattr(self, name) is not None:
                 allowed = "left out of an estimate: fast theories have none here"
                 raise SceneError(name, "given", allowed)
+
+    def check_in_steps(self, field: str) -> None:
+        """Refuse what steps of a history do not have."""
+        refused = {
+            "conformal": self.curved,
+            "slip_by_element": self.slip_by_element,
+            "thermal": self.thermal is not None,
+        }
+        for name, given in refused.items():
+            if given:
+                allowed = "left out: a history has patches in planes, and no temperatures"
+                raise SceneError(f"{field}.{name}", True, allowed)
+        rails = self.track.rails
+        if len({id(profile) for rail in rails for profile in rail.profiles}) > 1:
+            raise SceneError(f"{field}.track", len(rails), "of one profile along the rail")
 
     def _friction(
         self,
