@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
+from varcontact.scene.friction import bound_under
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.system.process import lazy_property
@@ -141,7 +142,7 @@ class ContactFields:
         return found
 
     def _bound(self, pressure: np.ndarray, slip: np.ndarray) -> np.ndarray:
-        return self.scene.bound_under(pressure, slip, *self.places)
+        return bound_under(self.scene.friction, pressure, slip, *self.places)
 
     @property
     def _has_tractions(self) -> bool:

@@ -321,3 +321,15 @@ def slip_sizes(slip: Any) -> np.ndarray:
     sizes = checks.numbers("slip", slip, allowed, most=np.inf)
     checks.require_all("slip", sizes, sizes >= 0, allowed)
     return sizes
+
+
+def bound_under(
+    friction: Any, pressure: np.ndarray, slip: np.ndarray, x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
+    """The traction bound of a scene's friction under pressures and slips at points (ny, nx)."""
+    if isinstance(friction, FrictionBound):
+        return friction.bound(pressure, x, y)
+    if isinstance(friction, Law):
+        return np.asarray(friction.on(slip, None, pressure, x, y) * pressure)
+    coefficient = np.broadcast_to(np.asarray(friction, float), pressure.shape)
+    return np.asarray(np.nan_to_num(coefficient, posinf=0.0) * pressure)

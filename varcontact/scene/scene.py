@@ -392,19 +392,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     @property
     def fresh(self) -> dict[str, float]:
         """Values of carried quantities that fresh particles have, where these are not zero."""
-        return {} if self.third_body is None else {"yield_stress": self.third_body.tau_c0}
-
-    def bound_under(
-        self, pressure: np.ndarray, slip: np.ndarray, x: np.ndarray, y: np.ndarray
-    ) -> np.ndarray:
-        """The traction bound of friction under pressures and slips at points (ny, nx)."""
-        friction = self.friction
-        if isinstance(friction, FrictionBound):
-            return friction.bound(pressure, x, y)
-        if isinstance(friction, Law):
-            return np.asarray(friction.on(slip, None, pressure, x, y) * pressure)
-        coefficient = np.broadcast_to(np.asarray(friction, float), pressure.shape)
-        return np.nan_to_num(coefficient, posinf=0.0) * pressure
+        if self.third_body is None:
+            return {}
+        return {"yield_stress": self.third_body.tau_c0}
 
     @property
     def frictions(self) -> list[float | np.ndarray | Law | FrictionBound | None]:
