@@ -348,6 +348,9 @@ def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
     (" 1 1                          IBASE", " 1 5  IBASE", "line 13: IPLAN = 5 is not supported; supported: 1"),
     (" 4 3   -1.0", " 4.5 3  -1.0", "line 12: MX = '4.5' is not a whole number"),
     (" 4 3   -1.0", " 9999 9999  -1.0", "line 12: MX MY = 99980001 is more than the 10000000 elements"),
+    (" 0.3  0.3 ", " 0.3 0.3 0.3 ", "line 8: line = 0.3 is a number too many behind FSTAT, FKIN; remarks begin with %"),
+    (" 0.0003  FN", "  FN", "line 7: CPHI = 'FN' is not a number"),
+    (" 0.3  0.3                     FSTAT, FKIN\n", " 0.3\n", "line 8: line = 5000. is a number too many"),
     (" 1000. ", " much ", "line 7: FN = 'much' is not a number"),
     (
         " 1 1                          IBASE",
@@ -363,7 +366,18 @@ def test_what_is_not_read_is_said_by_line_and_digit(tmp_path, old, new, words):
 def test_laws_have_a_memory_and_a_second_term(tmp_path):
     old, digit = " 0.3  0.3                     FSTAT, FKIN", (" 022020 ", " 422020 ")
     (scene,) = read(tmp_path, (old, "0.2 0.1 50. 0 9.\n 0.001 2"), digit)
-    assert (scene.friction.memory_distance, scene.friction.memory_velocity) == (0.001, 2.0)
+    law = scene.friction
+    assert (law.memory_distance, law.memory_velocity, law.memory_step) == (0.001, 2.0, "implicit")
+    # a step of Euler: d/(d + slid), of many steps the exact part
+    own = law(np.array([1e-3]))
+    kept = (law.after(0.3, own, np.array([1e-3]), 0.2) - own) / (0.3 - own)
+    assert kept == pytest.approx(0.001 / (0.001 + 1e-3 * 0.2))
+    many = law.after(0.3, own, np.array([1e-3]), 2e-6)
+    exact = replace(law, memory_step="exact").after(0.3, own, np.array([1e-3]), 2e-6)
+    assert many == pytest.approx(exact, abs=1e-9)
+    scene.save(tmp_path / "law.toml")
+    assert vc.Scene.load(tmp_path / "law.toml").friction == law
+    refused(lambda: replace(law, memory_step="other"), words="memory_step")
     (scene,) = read(tmp_path, (old, "0.2 0.1 50. 0.1 9.\n 0 1"), digit)
     terms = [0.1 * np.exp2(-s / h) for s, h in ((20.0, 50.0), (20.0, 9.0))]
     assert scene.friction.on(np.array([[20.0 / 5000]])) == pytest.approx(0.2 + sum(terms))

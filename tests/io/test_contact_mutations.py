@@ -55,7 +55,7 @@ FILES = {
         CASE.replace(" 022020 ", " 322020 ").replace(" 0.3  0.3 ", " 0.2 0.1 50. 0 1.\n 0 1 "),
         CASE.replace(" 022020 ", " 3022029 ")
         .replace(" 0.3  0.3                     FSTAT, FKIN\n", "")
-        .replace(" 0  MODULE", " 3*0.2 3*0.2\n 0.1 0.1\n 0.1 0.1\n 24*0.01\n 0  MODULE"),
+        .replace(" 0  MODULE", " 2*0.2\n 0.1 0.1\n 0.1 0.1\n 24*0.01\n 0  MODULE"),
         CASE.replace(" 022020 ", " 024420 ")
         .replace(" 0.28  0.28  82000. 82000. ", " 1 4 2\n -2. -1d 2. 1d\n 2*.28 2*8d4\n 9. .02 50. 0. "),
         CASE.replace(" 022020 ", " 622120 ")

@@ -482,7 +482,7 @@ MATERIAL = (
 )
 """Lines of the material and its temperature."""
 
-STRESSES = Block("stresses", "4.7", _stresses, lambda c: c["STRESS"] >= 2)
+STRESSES = Block("stresses", "4.9", _stresses, lambda c: c["STRESS"] >= 2)
 
 BASIC_LINES = (
     *SOLVERS,

@@ -190,9 +190,9 @@ def friction_law(law: int, group: Group, groups: tuple[Group, ...], velocity: fl
             group.refuse("FKIN", kinetic, why)
         return static
     distance, least = groups[-1].numbers()
-    memory: dict[str, float] = {}
+    memory: dict[str, Any] = {}
     if distance > 0:
-        memory = {"memory_distance": distance, "memory_velocity": least}
+        memory = {"memory_distance": distance, "memory_velocity": least, "memory_step": "implicit"}
     with located(group):
         if law == 6:
             return _by_temperature(group, values, memory)
@@ -200,7 +200,7 @@ def friction_law(law: int, group: Group, groups: tuple[Group, ...], velocity: fl
 
 
 def _falling(
-    kind: Any, values: list[float], velocity: float, memory: dict[str, float]
+    kind: Any, values: list[float], velocity: float, memory: dict[str, Any]
 ) -> float | Law:
     """A law of one or two terms that fall with the slip velocity."""
     kinetic, first, half, second, other_half = values
@@ -217,7 +217,7 @@ def _falling(
     return FrictionLaw(kinetic + first + second, kinetic, [falling], velocity=velocity, **memory)
 
 
-def _by_temperature(group: Group, values: list[float], memory: dict[str, float]) -> Law:
+def _by_temperature(group: Group, values: list[float], memory: dict[str, Any]) -> Law:
     reference, start, change, over = values
     if change > 0:
         group.refuse("DFHEAT", change, "is not supported: friction here falls with temperature")

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
@@ -192,6 +192,7 @@ class Lines:
             if not FORMS[kind][1](word):
                 break
             found.append(word)
+        self._check_rest(group, group.optional[len(found) :])
         return replace(group, optional=tuple(found))
 
     def array(self, name: str, count: int, kind: str = "d") -> Group:
@@ -199,6 +200,7 @@ class Lines:
         self.check_left(name, count)
         group = self.group(*[name] * count)
         self._check(group, kind * count)
+        self._check_rest(group, group.optional)
         return replace(group, optional=())
 
     def group(self, *names: str) -> Group:
@@ -241,6 +243,15 @@ class Lines:
             raise SceneError(
                 "path", self.name, message=f"{self.name} ends before {count} values of {name}"
             )
+
+    def _check_rest(self, group: Group, rest: Sequence[str]) -> None:
+        """Refuse a number behind the values, which would not be read: a line has lost one before,
+        or has one too many.
+        """
+        if rest and NUMBER.match(rest[0].lower()):
+            names = ", ".join(group.names[:6])
+            why = f"is a number too many behind {names}; remarks begin with %"
+            group.refuse("line", rest[0], why)
 
     def _check(self, group: Group, types: str) -> None:
         """Refuse the first word that is not of its type."""

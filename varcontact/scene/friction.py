@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from functools import partial
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
@@ -25,6 +26,10 @@ COEFFICIENT_MAX = 1e20
 floating point."""
 
 
+MemoryStep = Literal["exact", "implicit"]
+MEMORY_STEPS = get_args(MemoryStep)
+
+
 @dataclass(frozen=True)
 class Law(
     Checked,
@@ -34,6 +39,7 @@ class Law(
     kinetic=checks.number,
     memory_distance=checks.at_least_zero,
     memory_velocity=checks.at_least_zero,
+    memory_step=partial(checks.choice, options=MEMORY_STEPS),
 ):
     """A coefficient of friction by the slip, between a kinetic and a static one."""
 
@@ -41,6 +47,7 @@ class Law(
     kinetic: float
     memory_distance: float = field(default=0.0, kw_only=True)
     memory_velocity: float = field(default=0.0, kw_only=True)
+    memory_step: MemoryStep = field(default="exact", kw_only=True)
     local: ClassVar[bool] = False  # whether it depends on more than slip
     warm: ClassVar[bool] = False  # whether it depends on the temperature of the surface
     jumps: ClassVar[bool] = False  # whether the coefficient without memory does, as slip begins
@@ -90,7 +97,11 @@ class Law(
         travel``.
         """
         least = self.memory_velocity / getattr(self, "velocity", 1.0)
-        part = np.exp(-np.maximum(slip, least) * travel / self.memory_distance)
+        slid = np.maximum(slip, least) * travel / self.memory_distance
+        if self.memory_step == "implicit":
+            part = 1 / (1 + slid)
+        else:
+            part = np.exp(-slid)
         return np.asarray(own + (before - own) * part)
 
 
@@ -113,6 +124,9 @@ class StaticKinetic(Law):
         Least slip velocity s0 by which it does: at this rate particles that
         stick regain the static coefficient, zero (default) or positive; by the
         rolling velocity [-].
+    memory_step : {"exact", "implicit"}
+        Whether what a particle keeps in a step is exp(-slid/d), or that of one
+        implicit step, 1/(1 + slid/d), as in CONTACT.
 
     Raises
     ------
@@ -196,6 +210,8 @@ class LinearFalling(_Falling):
         Least slip velocity s0 by which it does: at this rate particles that
         stick regain the static coefficient, zero (default) or positive; in the
         unit of `half_velocity`.
+    memory_step : {"exact", "implicit"}
+        As of `StaticKinetic`.
 
     Raises
     ------
@@ -219,7 +235,7 @@ class RationalFalling(_Falling):
 
     Parameters
     ----------
-    static, kinetic, half_velocity, velocity, memory_distance, memory_velocity
+    static, kinetic, half_velocity, velocity, memory_distance, memory_velocity, memory_step
         As of `LinearFalling`.
 
     Raises
@@ -244,7 +260,7 @@ class ExponentialFalling(_Falling):
 
     Parameters
     ----------
-    static, kinetic, half_velocity, velocity, memory_distance, memory_velocity
+    static, kinetic, half_velocity, velocity, memory_distance, memory_velocity, memory_step
         As of `LinearFalling`. For ``exp(-s/s0)`` give h = s0 ln 2.
 
     Raises

@@ -61,6 +61,8 @@ class TemperatureFalling(LocalLaw, reference=checks.number, over=checks.positive
         (positive).
     memory_distance, memory_velocity : float
         As of `StaticKinetic`.
+    memory_step : {"exact", "implicit"}
+        As of `StaticKinetic`.
 
     Raises
     ------
@@ -102,6 +104,8 @@ class PressureFalling(LocalLaw, strength=checks.positive):
     strength : float
         Shear strength without pressure, positive [stress].
     memory_distance, memory_velocity : float
+        As of `StaticKinetic`.
+    memory_step : {"exact", "implicit"}
         As of `StaticKinetic`.
 
     Raises
@@ -146,6 +150,8 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
         slip, 1 (default) as of `LinearFalling`.
     memory_distance, memory_velocity : float
         As of `LinearFalling`; for the product.
+    memory_step : {"exact", "implicit"}
+        As of `StaticKinetic`.
 
     Raises
     ------

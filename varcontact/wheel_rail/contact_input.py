@@ -581,6 +581,9 @@ def _profile(groups: tuple[Group, ...], kind: Kind, folder: Path) -> Any:
         method = int(more.number(0))
         if method not in (0, 1):
             more.refuse("ISMOOTH", method, "is not supported; supported: 0, 1")
+    for word, value in (("MIRRORY", group.number(1)), ("MIRRORZ", group.option(0, 0.0))):
+        if value not in (-1, 0, 1):
+            group.refuse(word, value, "is not -1, 0 or 1")
     reader: Any = Profile.read
     name = group.text(0)
     if name.lower().endswith(SLICES):

@@ -15,6 +15,7 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings, natural_residual
 from varcontact.solvers.newton import driver
+from varcontact.solvers.newton.gcr import Forces, System, gcr, room_for
 from varcontact.solvers.newton.kernel import Kernel
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
@@ -277,3 +278,28 @@ def test_products_on_the_finest_grid(rolling, monkeypatch, motion, products):
     assert sol.elements["contact"] == 3228
     assert counted.count((64, 64)) <= products
     assert set(counted) == {(64, 64), (32, 32), (16, 16)}
+
+
+class _WithoutResistance(System):
+    """Equations of which a uniform shift hardly changes any force, as where all slips."""
+
+    def rows(self, image, step):
+        return step
+
+    def border(self, component):
+        return np.ones(self.right.shape, np.float32)
+
+    def precondition(self, right):
+        return 1e-30 * right if np.ptp(right) == 0 else right
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_shift_beyond_single_precision_is_no_step():
+    """The forces that lack need one of 1e30: there is no direction, and no overflow."""
+    right = np.linspace(1.0, 2.0, 12, dtype=np.float32).reshape(1, 3, 4)
+    forces = Forces((0,), np.array([1.0]), 1.0)
+    room = room_for(right.size, forces)
+    lacking = np.array([1e10])
+    step = gcr(_WithoutResistance(right), lambda x: x, forces, lacking, 1e-3, room)
+    assert step.finite
+    assert not step.traction.any()

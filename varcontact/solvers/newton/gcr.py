@@ -16,6 +16,9 @@ MAX_DIRECTIONS_LARGE = 60
 """Most directions of very large problems."""
 MAX_NUMBERS = 2e7
 """Numbers that all directions together may have, as long as they are not too few."""
+SHIFT_MAX = 1e18
+"""Largest uniform shift, whose square single precision holds: where all slips, none has the forces.
+"""
 LENGTH_MIN = 1e-7
 """Length of a new direction, relative to its image, below which it consists of rounding."""
 
@@ -130,12 +133,15 @@ class _Border:
     def sums(self, step: np.ndarray) -> np.ndarray:
         return _weighted_sums(self.forces, step)
 
-    def balanced(self, direction: np.ndarray, lacking: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A direction and the uniform shifts with which it has the forces that lack."""
-        shifts = self.inverse @ (self.sums(direction) - lacking)
+    def shifts(self, direction: np.ndarray, lacking: np.ndarray) -> np.ndarray:
+        """The uniform shifts with which a direction has the forces that lack."""
+        return np.asarray(self.inverse @ (self.sums(direction) - lacking))
+
+    def balanced(self, direction: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+        """A direction with uniform shifts."""
         for shift, step in zip(shifts, self.steps, strict=True):
             direction = direction - np.float32(shift) * step
-        return direction, shifts
+        return direction
 
 
 def _weighted_sums(forces: Forces, step: np.ndarray) -> np.ndarray:
@@ -170,7 +176,10 @@ def gcr(
     while count < most and float(np.linalg.norm(residual)) > tol:
         # a direction that keeps the forces, and what the equations make of it
         direction = system.precondition(residual[:size].reshape(shape))
-        direction, shifts = border.balanced(direction, residual[size:])
+        shifts = border.shifts(direction, residual[size:])
+        if not np.all(np.abs(shifts) <= SHIFT_MAX):  # no motion changes the forces
+            break
+        direction = border.balanced(direction, shifts)
         product = kernel(direction)
         rows = system.rows(product, direction)
         for shift, column in zip(shifts, border.columns, strict=True):
