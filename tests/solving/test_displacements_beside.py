@@ -190,6 +190,16 @@ def test_influence_numbers_meet_bettis_theorem_and_take_work(bodies):
     assert np.linalg.eigvalsh(softer)[0] > -1e-12
 
 
+def test_parts_held_alone_couple_both_directions():
+    """nu = 0, where flat influence numbers do not: the same as the loads that hold them."""
+    held = beside(2.0, 1.0, body="lower", normal=1e-4, tangential=(0.0, 0.0))
+    sol = vc.solve(ball(vc.Steady(vx=1e-3), held, vc.Bodies(G=1.0, nu=0.0), SAME_SIDES))
+    loads = replace(sol.scene, displacements=None, loads=sol.loads_beside)
+    again = vc.solve(loads)
+    assert np.abs(sol.traction[1]).max() > 1e-3 * sol.pressure.max()
+    assert again.traction == pytest.approx(sol.traction, abs=1e-8 * sol.pressure.max())
+
+
 def test_friction_dissipates_the_power():
     for body in ("both", "upper"):
         held = beside(normal=0.0, tangential=(1e-5, 0.0), body=body)
@@ -328,6 +338,21 @@ def test_refused_by_name(change, named):
     with pytest.raises(vc.SceneError) as refused:
         vc.solve(replace(ball(), **change))
     assert refused.value.field.startswith(named)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        lambda sol: sol.gradient("Fx", by=("vx",)),
+        lambda sol: sol.frequency_response([1.0]),
+        lambda sol: vc.shakedown(sol, 1.0, body="lower"),
+    ],
+)
+def test_what_is_not_known_beside_held_parts(asked):
+    grid = vc.Grid(8, 8, dx=0.022, dy=0.022, x0=-0.088, y0=-0.088)
+    sol = vc.solve(ball(vc.Steady(vx=1e-3), beside(normal=0.0), grid=grid))
+    with pytest.raises(vc.SceneError, match="displacements"):
+        asked(sol)
 
 
 def test_an_overlap_with_the_potential_contact_is_known_before_any_work():

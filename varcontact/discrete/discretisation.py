@@ -500,7 +500,8 @@ class Discretisation:
         """Directions of a tangential problem: both where elasticity couples them, else those in
         which anything moves.
         """
-        if self.tangential_operator.table[0, 1].any():
+        between = self.tangential_operator.between((0,), (1,))
+        if between.largest != 0 or between.smallest != 0:
             return 0, 1
         moving = [
             i

@@ -145,8 +145,11 @@ def check_solution(solution: Solution) -> None:
     if motion is not None and not isinstance(motion, Steady):
         raise SceneError("motion", motion, "Steady, or none: the load has to roll along x")
     if solution.scene.loaded:
-        beside = solution.scene.loads or solution.scene.displacements
-        raise SceneError("loads", beside, "left out: the load is that of the contact")
+        allowed = "left out: the load is that of the contact"
+        for field in ("displacements", "loads"):
+            beside = getattr(solution.scene, field)
+            if beside is not None:
+                raise SceneError(field, beside, allowed)
     infinite = [f for f in solution.scene.frictions if isinstance(f, float) and math.isinf(f)]
     if infinite and motion is not None:
         raise SceneError(

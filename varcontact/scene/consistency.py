@@ -189,6 +189,9 @@ def check_linear(scene: Scene) -> None:
         raise SceneError(
             "surface.inclination", "given", "left out: linearised are bodies that meet on a plane"
         )
+    if scene.displacements:
+        allowed = "left out: the response of held parts is not known"
+        raise SceneError("displacements", scene.displacements, allowed)
 
 
 def check_differentiable(scene: Scene) -> None:

@@ -394,7 +394,7 @@ class Tradeoff(Reported):
         """Fronts and advice in words and figures, for people."""
         blocks = []
         for kind in self.classes["kind"].unique():
-            lines = [["way", "scenes", "median", "90 %", "largest", "ms", "repeat", "MiB"]]
+            lines = [["method", "scenes", "median", "90 %", "largest", "ms", "repeat", "MiB"]]
             for row in self.front(kind).to_dict("records"):
                 errors = [
                     f"{100 * row[name]:.2g} %"
