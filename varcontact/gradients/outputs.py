@@ -242,7 +242,7 @@ class ContactArea(Output):
 
 
 class FrictionWork(Output):
-    """Work lost by friction: by distance rolled, or of a shift ``-sum q.E dA``."""
+    """Work lost by friction: per distance rolled, or of a shift ``-sum q.E dA``."""
 
     unit = "work"
 

@@ -13,7 +13,7 @@ FIELDS = {
     "power_density": (
         ELEMENTS,
         "power density",
-        "work lost by friction by area, by distance rolled",
+        "work lost by friction per area, per distance rolled",
     ),
     "distance": (ELEMENTS, "length", "deformed distance"),
     "state": (ELEMENTS, "1", "0 exterior, 1 stick, 2 slip, 3 plastic"),
@@ -62,7 +62,7 @@ NUMBERS = {
     "stick_area": ("area", "area of stick"),
     "slip_area": ("area", "area of slip"),
     "max_pressure": ("pressure", "largest pressure"),
-    "friction_work": ("work", "work lost by friction: by distance rolled, of a shift in all"),
+    "friction_work": ("work", "work lost by friction: per distance rolled, of a shift in all"),
     "gap": ("moment", "duality gap"),
     "relative_gap": ("1", "relative duality gap"),
     "residual": ("1", "residual by the largest traction"),

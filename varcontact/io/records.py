@@ -88,7 +88,7 @@ SERIES = {
     "friction_work": (
         (),
         "force",
-        "work lost by friction: by distance rolled, in a shift as it is",
+        "work lost by friction: per distance rolled, in a shift as it is",
     ),
 }
 """The fields of each step: dimensions, quantity, description."""

@@ -44,7 +44,7 @@ FIELDS = {
     "pressure": Field("Pressure", "pressure", "pressure", "viridis"),
     "slip": Field("Slip of body 1 over body 2", "slip", "slip", "YlOrBr"),
     "distance": Field("Distance of the bodies", "distance", "length", "cividis", outside=True),
-    "power_density": Field("Power density of friction", "work by area", "power density", "YlOrBr"),
+    "power_density": Field("Power density of friction", "work per area", "power density", "YlOrBr"),
     "temperature": Field(
         "Temperature of body 1", "temperature [degrees]", "1", "inferno", outside=True
     ),

@@ -152,7 +152,7 @@ def _creepage(
 
 
 def rolling_resistance(sol: Solution) -> float:
-    """Work of the pressure by distance rolled [force].
+    """Work of the pressure per distance rolled [force].
 
     Of elastic bodies on what tractions do to the distance: by Betti that of tractions on its slip.
     Viscoelastic ones push forward more than they push back: it is that on the slope of the
@@ -183,7 +183,7 @@ def rolling_resistance(sol: Solution) -> float:
 
 
 def power_of_held_parts(sol: Solution) -> float:
-    """Work by distance rolled [force] of the tractions that hold prescribed displacements and
+    """Work per distance rolled [force] of the tractions that hold prescribed displacements and
     follow those of the contact.
 
     By Betti that of tractions on the slip that they give themselves, which vanishes without held

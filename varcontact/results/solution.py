@@ -72,7 +72,7 @@ class Solution(Reported):
         [-]; in a shift, and a step that does not roll, the local shift
         [length]. Zero outside the contact.
     power_density : ndarray, shape (ny, nx)
-        Frictional work by area: by distance rolled [force/area], in a shift
+        Frictional work per area: per distance rolled [force/area], in a shift
         [force/length]. In rolling the mean over a step (docs/theory.md),
         negative where the grid is too coarse, or a theory too rough, see
         `negative_work`.
@@ -374,7 +374,7 @@ class Solution(Reported):
 
     @property
     def friction_work(self) -> float:
-        """Work lost by friction, integral of `power_density`: by distance rolled [force], in a
+        """Work lost by friction, integral of `power_density`: per distance rolled [force], in a
         shift [force length].
 
         In steady rolling of elastic bodies that is `power`, to rounding; by `error_estimate`, where
@@ -399,7 +399,7 @@ class Solution(Reported):
 
     @property
     def power(self) -> float:
-        """Work that the rolling motion puts into the contact, by distance rolled [force]; in a
+        """Work that the rolling motion puts into the contact, per distance rolled [force]; in a
         shift [force length].
 
         ``-(Fx vx + Fy vy + Mz spin)`` and `rolling_resistance`. In steady rolling of elastic bodies
@@ -427,7 +427,7 @@ class Solution(Reported):
 
     @property
     def rolling_resistance(self) -> float:
-        """Work of the pressure by distance rolled [force]: a resistance of unlike or viscoelastic
+        """Work of the pressure per distance rolled [force]: a resistance of unlike or viscoelastic
         bodies.
         """
         from varcontact.results.physical import rolling_resistance

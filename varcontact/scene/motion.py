@@ -229,8 +229,8 @@ class TimeStep:
 
     @property
     def rigid(self) -> tuple[float, float, float]:
-        """Shift and creepage in one: by distance rolled (vx, vy, spin), of a step in place (ux, uy,
-        rotation).
+        """Shift and creepage in one: (vx, vy, spin) per distance rolled, in a step in place (ux,
+        uy, rotation).
         """
         if self.dq == 0:
             return self.ux, self.uy, self.rotation

@@ -57,15 +57,15 @@ def wear_dataset(worn: Any) -> xr.Dataset:
 
     count = len(worn.patches)
     names = {
-        "t_gamma": ("N", "energy by distance rolled"),
+        "t_gamma": ("N", "energy per distance rolled"),
         "t_gamma_without_spin": ("N", "the same without the moment"),
         "area": ("mm2", "area of contact"),
-        "t_gamma_by_area": ("N/mm2", "energy by distance rolled and area"),
+        "t_gamma_by_area": ("N/mm2", "energy per distance rolled and area"),
         "power": ("W", "friction power"),
     }
     law = all(each.archard is not None for each in worn.patches)
     if law:
-        names["volume"] = ("mm3/mm", "volume of wear by distance rolled")
+        names["volume"] = ("mm3/mm", "volume of wear per distance rolled")
     variables: dict[str, Any] = {}
     for name, (unit, words) in names.items():
         values = [getattr(each, name) for each in worn.patches]
@@ -84,7 +84,7 @@ def wear_dataset(worn: Any) -> xr.Dataset:
     dims = ("patch", "row")
     variables["power_by_width"] = variable(dims, power, "W/mm", "friction power by width")
     if law:
-        variables["depth"] = variable(dims, depth, "mm", "depth of wear by a passage")
+        variables["depth"] = variable(dims, depth, "mm", "depth of wear per passage")
     coordinates = {
         "patch": np.arange(1, count + 1),
         "row": np.arange(max(rows)),

@@ -258,7 +258,7 @@ def _draw_panels(
 
 
 def plot_wear(worn: Wear) -> Figure:
-    """Friction power by area of each patch, and the depth of wear across it where there is a
+    """Friction power per area of each patch, and the depth of wear across it where there is a
     law.
     """
     columns = 1
@@ -295,7 +295,7 @@ def plot_wear(worn: Wear) -> Figure:
                     ylim=(bottom, top),
                     title=type(each.archard).__name__,
                 )
-                ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]")
+                ax.set(xlabel="depth of wear per passage [nm]", ylabel="s, to the right [mm]")
         figure.draw_without_rendering()
     return figure
 

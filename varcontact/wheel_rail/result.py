@@ -328,8 +328,8 @@ def wear(
     ...     position=Position(y=3.0, yaw=0.003), vertical_force=80e3, dx=1.0, dy=1.0)
     >>> worn = wear(case.solve(), Archard(k=3e-4, hardness=3000.0))
     >>> depth = worn.patches[0].depth.max()
-    >>> print(f"T-gamma = {worn.t_gamma:.1f} N, {1e6 * depth:.2f} nm by a passage")
-    T-gamma = 79.0 N, 5.53 nm by a passage
+    >>> print(f"T-gamma = {worn.t_gamma:.1f} N, {1e6 * depth:.2f} nm per passage")
+    T-gamma = 79.0 N, 5.53 nm per passage
     """
     more = ": of a wheel set its left or right wheel, found.left or found.right"
     checks.kind("found", found, WheelRailSolution, more=more)

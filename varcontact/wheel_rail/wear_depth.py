@@ -38,14 +38,14 @@ class PatchWear:
     area : float
         Of the contact [mm^2].
     t_gamma_by_area : float
-        T-gamma by area of contact [N/mm^2]; Lewis and Olofsson (2004, Wear 257)
+        T-gamma per area of contact [N/mm^2]; Lewis and Olofsson (2004, Wear 257)
         classify regimes of wear by it.
     power : float
         Friction power at the speed of the case [W].
     power_by_area : ndarray, shape (ny, nx)
-        Friction power by area [W/mm^2].
+        Friction power per area [W/mm^2].
     sliding : ndarray, shape (ny, nx)
-        Pressure times slip by distance rolled [N/mm^2]: `power_density` by the
+        Pressure times slip per distance rolled [N/mm^2]: `power_density` by the
         coefficient f. For constant f its integral is T-gamma / f. Where f is
         zero, it is that of the slip of the elements.
     yield_in_shear : float or None
@@ -83,7 +83,7 @@ class PatchWear:
 
     @property
     def volume(self) -> float:
-        """Archard's volume of wear by distance rolled [mm^3/mm]."""
+        """Archard's volume of wear per distance rolled [mm^3/mm]."""
         return float((self._by_work * self.sliding).sum() * self.solved.solution.grid.area)
 
     @property
@@ -152,7 +152,7 @@ class Wear(Labelled):
         return wear_dataset(self)
 
     def plot(self) -> Figure:
-        """Friction power by area of each patch, and the depth of wear across it where there is a
+        """Friction power per area of each patch, and the depth of wear across it where there is a
         law.
         """
         from varcontact.wheel_rail.plots import plot_wear
