@@ -5,6 +5,7 @@ that goes on; scales of the problem on it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +18,8 @@ from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.interpolation import how_to_smooth
 from varcontact.scene.pin import PinInHole
 from varcontact.scene.scene import Scene
+from varcontact.scene.surface_displacement import SurfaceDisplacement
+from varcontact.scene.surface_load import SurfaceLoad
 from varcontact.scene.surfaces import SampledDistance, Surface
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Scales
@@ -224,15 +227,18 @@ def check_loads(scene: Scene, grid: Grid, elements: np.ndarray, region: str) -> 
     """Refuse loads and prescribed displacements beside the contact that lie on some elements (ny,
     nx) of a grid.
     """
-    prescribed = {"loads": ("tractions", scene.loads)}
-    prescribed["displacements"] = "displacements", scene.displacements
-    for name, (what, beside) in prescribed.items():
+    prescribed: dict[str, Sequence[SurfaceLoad | SurfaceDisplacement] | None] = {
+        "loads": scene.loads,
+        "displacements": scene.displacements,
+    }
+    words = {"loads": "tractions", "displacements": "displacements"}
+    for name, beside in prescribed.items():
         for k, each in enumerate(beside or ()):
             if each.overlaps(grid, elements):
                 box = _rounded(contact_box(grid, elements), grid.line)
                 message = (
                     f"{name}[{k}] overlaps the {region}, {box}: "
-                    f"{what} are prescribed outside the contact only"
+                    f"{words[name]} are prescribed outside the contact only"
                 )
                 raise SceneError(f"{name}[{k}]", each, message=message)
 

@@ -321,10 +321,12 @@ class Solution(Reported):
         of the tractions that hold it.
         """
         left, right, bottom, top = self.grid.box
-        sides = {"x": (left, right)}
+        across = None
         if not self.grid.line:
-            sides["y"] = (bottom, top)
-        contact = SurfaceLoad(**sides, pressure=self.pressure, traction=self.traction)
+            across = bottom, top
+        contact = SurfaceLoad(
+            x=(left, right), y=across, pressure=self.pressure, traction=self.traction
+        )
         return (
             *(self.scene.loads or ()),
             *holding_loads(self.scene, right - left, [contact]),

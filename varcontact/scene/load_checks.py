@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -25,7 +26,11 @@ def check_loads(scene: Scene) -> None:
     """Loads beside the contact are those of elastic bodies that meet on a plane, and act on one
     that gives way.
     """
-    for name, beside in (("loads", scene.loads), ("displacements", scene.displacements)):
+    prescribed: dict[str, Sequence[SurfaceLoad | SurfaceDisplacement] | None] = {
+        "loads": scene.loads,
+        "displacements": scene.displacements,
+    }
+    for name, beside in prescribed.items():
         if beside is None:
             continue
         if scene.conformal or not _feel_loads(scene.bodies):

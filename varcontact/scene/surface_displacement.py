@@ -150,7 +150,7 @@ class SurfaceDisplacement(
         return along.reshape(2, 1, -1)
 
     def _fields(self, rows: int, columns: int) -> np.ndarray:
-        parts = []
+        parts: list[np.ndarray] = []
         if self._along is not None:
             parts.extend(np.broadcast_to(each, (rows, columns)) for each in self._along)
         if self.normal is not None:
