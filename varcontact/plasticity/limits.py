@@ -22,7 +22,8 @@ from varcontact.plasticity.passage import (
     passage,
     yield_strength,
 )
-from varcontact.plasticity.residual_stress import ResidualSpace
+from varcontact.plasticity.point_proof import PointProof
+from varcontact.plasticity.residual_stress import CellResidual, ResidualSpace
 from varcontact.plasticity.shakedown_result import Hardening, Mode, Section, Shakedown
 from varcontact.results.solution import Solution
 from varcontact.results.stress import Body, Patch, body_names, side_of, solution_of
@@ -301,13 +302,17 @@ def _of_point(solution: Solution, side: int, strength: Strength, search: Search)
         found = _Found.closed(families(fine), fine, search)
         if search.hardening == "none":
             found = _by_programs(found, search, search.gap)
-    kinematic = found.families.kinematic, found.families.alternating.factor
     passage = found.passage
+    proved = search.gap is not None and passage.field is not None
+    if proved:
+        search.report("proof of the lower bound between samples")
+        found = _proved(found, search, strength)
+    kinematic = found.families.kinematic, found.families.alternating.factor
     return Shakedown(
         lower=found.lower,
         upper=found.upper,
         sampled=found.sampled,
-        proved=False,
+        proved=proved,
         elastic=found.families.elastic,
         kinematic=kinematic,
         mode=found.mode,
@@ -361,6 +366,7 @@ class _Found:
     net: np.ndarray
     critical: Mechanism
     residual: np.ndarray
+    by_cell: CellResidual
     utilised: np.ndarray | None = None
     mechanism: FlowField | None = None
 
@@ -381,8 +387,18 @@ class _Found:
             axial = np.zeros_like(residual)
             axial[0, 0] = 1.5 * residual[0, 0]
             residual = axial
+        free = stress * passage.strength[:, None, None]
         return cls(
-            passage, closed, lower, sampled, least.factor, least.place, least.net, least, residual
+            passage=passage,
+            families=closed,
+            lower=lower,
+            sampled=sampled,
+            upper=least.factor,
+            place=least.place,
+            net=least.net,
+            critical=least,
+            residual=residual,
+            by_cell=CellResidual(passage.y, passage.depth, free),
         )
 
     @property
@@ -401,7 +417,13 @@ class _Found:
         found = replace(self, sampled=max(self.sampled, bound.sampled))
         if bound.factor <= self.lower:
             return found
-        return replace(found, lower=bound.factor, residual=bound.residual, utilised=bound.largest)
+        return replace(
+            found,
+            lower=bound.factor,
+            residual=bound.residual,
+            by_cell=bound.by_cell,
+            utilised=bound.largest,
+        )
 
     def with_upper(self, flow: FlowField | None) -> _Found:
         """With an upper bound, if it is better."""
@@ -447,6 +469,24 @@ def _by_programs(found: _Found, search: Search, gap: float) -> _Found:
             found = found.with_upper(upper_bound(found.passage, mesh, search.report))
     if not found.ended(gap):
         found = _with_stresses(found, FINER_SPLINES, search, gap)
+    return found
+
+
+def _proved(found: _Found, search: Search, strength: Strength) -> _Found:
+    """With a lower bound that holds between samples, too."""
+    assert found.passage.field is not None and search.gap is not None
+    least = float(strength(found.passage.depth * found.passage.unit).min())
+
+    def by_least(depth: np.ndarray) -> np.ndarray:
+        return strength(depth * found.passage.unit) / least
+
+    factor = found.lower
+    proof = PointProof.of(found.passage, found.by_cell, by_least, factor)
+    radius = proof.radius(factor / ((1 - search.gap) * found.upper))
+    found = replace(found, lower=factor / radius, residual=found.residual / radius)
+    if search.hardening == "kinematic":
+        families = replace(found.families, kinematic=found.lower)
+        found = replace(found, families=families)
     return found
 
 

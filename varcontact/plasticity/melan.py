@@ -16,7 +16,7 @@ import numpy as np
 from varcontact.plasticity.cone_program import Triplets, solve_cones, yield_cones
 from varcontact.plasticity.passage import Passage
 from varcontact.plasticity.remainder import between_samples
-from varcontact.plasticity.residual_stress import FREE, ResidualSpace
+from varcontact.plasticity.residual_stress import FREE, CellResidual, ResidualSpace
 
 ROUNDS = 12
 """Programs at most."""
@@ -48,6 +48,8 @@ class LowerBound:
         At the samples alone.
     residual : ndarray, shape (3, 3, nz, ny)
         Residual stress at `factor`, by the least yield stress.
+    by_cell : CellResidual
+        The same between samples, too.
     largest : ndarray, shape (nz, ny)
         Largest stress of each point's passage, by the yield stress.
     rounds, cones : int
@@ -57,6 +59,7 @@ class LowerBound:
     factor: float
     sampled: float
     residual: np.ndarray
+    by_cell: CellResidual
     largest: np.ndarray
     rounds: int
     cones: int
@@ -90,6 +93,7 @@ def lower_bound(
             factor=factor / scale,
             sampled=sampled,
             residual=space.tensor(coefficients, axial, passage) / scale,
+            by_cell=space.by_cell(coefficients / scale, axial / scale, passage),
             largest=between.max(axis=-1) / scale,
             rounds=number,
             cones=int(chosen.sum()),

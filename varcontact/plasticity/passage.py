@@ -12,13 +12,14 @@ surface an error of first order, -(2/pi) ln 2 q' h.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.plasticity.half_space import HalfSpace
 from varcontact.results.solution import Solution
 from varcontact.results.stress import BodyField
 from varcontact.scene.grid import Grid
@@ -75,6 +76,11 @@ class Passage:
         Half the width of the contact, the less of both [length].
     symmetric : bool
         True where left and right are mirror images: y >= 0 is enough.
+    field : HalfSpace or None
+        The field in closed form, where it has one: lengths divided by `unit`, by the least yield
+        stress.
+    parts : int
+        Intervals between samples in an element.
     """
 
     x: np.ndarray
@@ -85,6 +91,8 @@ class Passage:
     loaded: tuple[float, float, float, float]
     unit: float
     symmetric: bool
+    field: HalfSpace | None = None
+    parts: int = 1
 
     @property
     def origin(self) -> int:
@@ -100,8 +108,7 @@ class Passage:
         """The part y >= 0, with one sample beyond, where the whole is symmetric."""
         first = int(np.searchsorted(self.y, -1e-9))
         right = np.arange(len(self.y)) >= first - 1
-        kept = {name: getattr(self, name) for name in ("x", "depth", "strength", "loaded", "unit")}
-        return Passage(y=self.y[right], curves=self.curves[:, right], symmetric=True, **kept)
+        return replace(self, y=self.y[right], curves=self.curves[:, right], symmetric=True)
 
 
 def coordinates(stress: np.ndarray) -> np.ndarray:
@@ -126,8 +133,8 @@ def passage(
 
     Half-spaces and layers have the field of the solution's tractions; others need one, `elastic`.
     """
-    load, grid = loaded_part(solution, side)
-    load, grid = divided(load, grid, refined)
+    whole, elements = loaded_part(solution, side)
+    load, grid = divided(whole, elements, refined)
     dx, dy = grid.sides
     rows, columns = np.nonzero(load[2] > 0)
     x = grid.x
@@ -153,6 +160,10 @@ def passage(
             curves[number] = np.moveaxis(layer[:, kept_y][:, :, kept_x], 0, -1)
     k = strength(depth)
     curves = curves / k[:, None, None, None]
+    closed = None
+    if elastic is None and not field.layered:
+        nu = field.constants["nu"]
+        closed = HalfSpace(whole / k.min(), scaled_grid(elements, 1 / unit), nu)
     mirrored = _is_mirrored(across[kept_y], curves)
     return Passage(
         x=along[kept_x] / unit,
@@ -163,7 +174,17 @@ def passage(
         loaded=tuple((ends + np.array([-dx, dx, -dy, dy]) / 2) / unit),
         unit=unit,
         symmetric=mirrored,
+        field=closed,
+        parts=refined,
     )
+
+
+def scaled_grid(grid: Grid, factor: float) -> Grid:
+    """The grid with all lengths times a factor."""
+    dx, dy = (factor * side for side in grid.sides)
+    x0 = factor * float(grid.x[0]) - dx / 2
+    y0 = factor * float(grid.y[0]) - dy / 2
+    return Grid(nx=grid.nx, ny=grid.ny, dx=dx, dy=dy, x0=x0, y0=y0)
 
 
 def loaded_part(solution: Solution, side: int) -> tuple[np.ndarray, Grid]:
@@ -245,29 +266,82 @@ def _layer(
     field: BodyField, load: np.ndarray, grid: Grid, depth: float, beyond: tuple[int, int]
 ) -> np.ndarray:
     """The five coordinates (5, y, x) at one depth, `beyond` the elements by so many rows and
-    columns.
+    columns: by bilinear tractions in closed form, in layered bodies by those of elements.
+    """
+    if not field.layered:
+        return bilinear_layer(HalfSpace(load, grid, field.constants["nu"]), depth, beyond)
+    tables = _element_table(field, grid, depth, *_farthest(load, beyond))
+    if depth >= NEAR_SURFACE * max(grid.sides):
+        load = _smoothed(load)
+    return _summed(tables, load, beyond)
+
+
+def bilinear_layer(field: HalfSpace, depth: float, beyond: tuple[int, int]) -> np.ndarray:
+    """The five coordinates (5, y, x) at one depth of a half-space, in closed form."""
+    tables = field.table(depth, *_farthest(field.load, beyond))
+    return _summed(tables, field.load, beyond)
+
+
+def _farthest(load: np.ndarray, beyond: tuple[int, int]) -> tuple[int, int]:
+    """Largest distances along y and x, in elements."""
+    return load.shape[1] - 1 + beyond[0], load.shape[2] - 1 + beyond[1]
+
+
+def _summed(tables: np.ndarray, load: np.ndarray, beyond: tuple[int, int]) -> np.ndarray:
+    ny, nx = load.shape[1:]
+    rows, columns = beyond
+    whole = np.roll(_convolved(tables, load), (rows, columns), axis=(1, 2))
+    return whole[:, : ny + 2 * rows, : nx + 2 * columns]
+
+
+def _convolved(tables: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """Sums (5, y, x) in a period of loads (3, ...) times tables (3, 5, ...), even or odd in the
+    distances.
     """
     from scipy import fft
 
-    ny, nx = load.shape[1:]
-    rows, columns = beyond
-    most_y = ny - 1 + rows
-    most_x = nx - 1 + columns
-    tables = _element_table(field, grid, depth, most_y, most_x)
-    if depth >= NEAR_SURFACE * max(grid.sides):
-        load = _smoothed(load)
-    box = [fft.next_fast_len(2 * most + 1, real=True) for most in (most_y, most_x)]
+    middle, half = (fft.next_fast_len(size, real=True) for size in tables.shape[2:])
+    box = (2 * middle, 2 * half)
     spectrum = fft.rfft2(load, box)
     total = np.zeros((5, *spectrum.shape[1:]), dtype=complex)
-    for each in range(3):
-        periodic = np.zeros((5, *box))
-        for number in range(5):
-            sign_y = (-1.0) ** (ALONG_Y[0][each] + ALONG_Y[1][number])
-            sign_x = (-1.0) ** (ALONG_X[0][each] + ALONG_X[1][number])
-            _place_evenly(periodic[number], tables[each, number], sign_y, sign_x)
-        total += fft.rfft2(periodic) * spectrum[each]
-    whole = fft.irfft2(total, box)
-    return np.roll(whole, (rows, columns), axis=(1, 2))[:, : ny + 2 * rows, : nx + 2 * columns]
+    along_x = np.add.outer(ALONG_X[0], ALONG_X[1]) % 2
+    along_y = np.add.outer(ALONG_Y[0], ALONG_Y[1]) % 2
+    acting = load.any(axis=(1, 2))
+    for odd_y in range(2):
+        for odd_x in range(2):
+            chosen = (along_y == odd_y) & (along_x == odd_x) & acting[:, None]
+            each, number = np.nonzero(chosen)
+            table = _half_spectra(tables[chosen], middle, odd_y, axis=1)
+            table = _half_spectra(table, half, odd_x, axis=2)
+            table = (-1j) ** (odd_y + odd_x) * table
+            below = spectrum[each, : middle + 1] * table
+            above = (-1.0) ** odd_y * spectrum[each, middle + 1 :] * table[:, middle - 1 : 0 : -1]
+            for place, own in enumerate(number):
+                total[own, : middle + 1] += below[place]
+                total[own, middle + 1 :] += above[place]
+    return np.asarray(fft.irfft2(total, box))
+
+
+def _half_spectra(tables: np.ndarray, half: int, odd: int, axis: int) -> np.ndarray:
+    """Spectra (half + 1 along the axis) of even tables, or i times those of odd ones, of which
+    distances from zero on are given.
+    """
+    from scipy import fft
+
+    shape = list(tables.shape)
+    count = shape[axis]
+    shape[axis] = half + 1
+    wide = np.zeros(shape)
+    kept = np.moveaxis(wide, axis, 0)
+    kept[:count] = np.moveaxis(tables, axis, 0)
+    if not odd:
+        return np.asarray(fft.dct(wide, 1, axis=axis, overwrite_x=True))
+    # sines: the first and the last are zero
+    inner = np.moveaxis(kept[1:half], 0, axis)
+    found = fft.dst(inner, 1, axis=axis)
+    kept[0] = kept[half] = 0.0
+    kept[1:half] = np.moveaxis(found, axis, 0)
+    return wide
 
 
 def _element_table(
@@ -301,14 +375,6 @@ def _smoothed(load: np.ndarray) -> np.ndarray:
     x_second = wide[:, 1:-1, 2:] - 2 * load + wide[:, 1:-1, :-2]
     y_second = wide[:, 2:, 1:-1] - 2 * load + wide[:, :-2, 1:-1]
     return load + (x_second + y_second) / 24
-
-
-def _place_evenly(periodic: np.ndarray, table: np.ndarray, sign_y: float, sign_x: float) -> None:
-    """Write a table of distances from zero on into a period, even or odd in both."""
-    ny, nx = table.shape
-    periodic[:ny, :nx] = table
-    periodic[:ny, 1 - nx :] = sign_x * table[:, :0:-1]
-    periodic[1 - ny :] = sign_y * periodic[ny - 1 : 0 : -1]
 
 
 def _is_mirrored(y: np.ndarray, curves: np.ndarray) -> bool:

@@ -51,9 +51,9 @@ class Shakedown(Reported):
     sampled : float
         The lower bound at the samples of the passage.
     proved : bool
-        True where `lower`, and the lower bound with kinematic hardening, are proved between the
-        samples, too: in line contact of half-spaces. Elsewhere what may lie between them is
-        estimated by second differences.
+        True where `lower` is a theorem for the field of the grid's tractions, between the samples,
+        too: half-spaces with a `gap`. Elsewhere what may lie between samples is estimated by second
+        differences, as it is in the lower one of `kinematic` in point contact without hardening.
     elastic : float
         Load factor at first yield.
     kinematic : tuple of float
