@@ -188,7 +188,9 @@ def test_residual_stress_between_samples_is_that_of_the_splines():
     axial = np.zeros((len(way.depth), len(way.y)))
     residual = space.by_cell(coefficients, axial, way)
     starts = residual.starts
-    assert set(space.depth.round(9)) <= set(way.depth[np.union1d(starts[1], starts[1] + 2)].round(9))
+    assert set(space.depth.round(9)) <= set(
+        way.depth[np.union1d(starts[1], starts[1] + 2)].round(9)
+    )
     y = rng.uniform(0.1, 1.0, 5)
     z = rng.uniform(0.1, 1.0, 5)
     own = residual_at(residual, y, z, np.zeros((5, 2), dtype=int))

@@ -32,6 +32,9 @@ from varcontact.scene.grid import Grid
 SHALLOWEST = 1e-6
 """Least depth in sides of an element: nearer, fields are those at it."""
 
+SMALL_ARGUMENT = 0.5
+"""Argument below which Bessel functions of orders 2 and 3 are not found by recurrence."""
+
 
 def layered_field_at(
     points: np.ndarray, grid: Grid, tractions: np.ndarray, *, stack: Stack
@@ -244,8 +247,6 @@ def _transforms(
     stack: Stack, depth: float, edges: np.ndarray, used: list[tuple[int, ...]], line: bool
 ) -> np.ndarray:
     """Chebyshev coefficients of the functions' transforms over each interval of distances."""
-    from scipy import special
-
     nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
     coefficients = np.empty((len(edges) - 1, DEGREE + 1, len(used)))
     for i, (near, far) in enumerate(pairwise(edges)):
@@ -255,9 +256,23 @@ def _transforms(
             waves = [np.cos(kr), np.sin(kr)]
             factors = weights / np.pi
         else:
-            waves = [special.jv(order, kr) for order in range(4)]
+            waves = _bessel_functions(kr)
             factors = weights * k / (2 * np.pi)
         functions = _transfers(stack, depth, k) * factors
         values = np.array([waves[order] @ functions[index] for index, order in used])
         coefficients[i] = np.polynomial.chebyshev.chebfit(nodes, values.T, DEGREE)
     return coefficients
+
+
+def _bessel_functions(x: np.ndarray) -> list[np.ndarray]:
+    """Those of orders 0 to 3; the last two by recurrence where it does not cancel."""
+    from scipy import special
+
+    values = [special.j0(x), special.j1(x)]
+    large = np.maximum(x, SMALL_ARGUMENT)
+    small = x < SMALL_ARGUMENT
+    for order in (2, 3):
+        next_one = 2 * (order - 1) / large * values[-1] - values[-2]
+        next_one[small] = special.jv(order, x[small])
+        values.append(next_one)
+    return values

@@ -89,9 +89,7 @@ def _kernel(matrix: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     return at
 
 
-def _slope(
-    kernel: Callable[[np.ndarray], np.ndarray], place: np.ndarray, axis: int
-) -> np.ndarray:
+def _slope(kernel: Callable[[np.ndarray], np.ndarray], place: np.ndarray, axis: int) -> np.ndarray:
     moved = np.zeros((3, 1))
     moved[axis] = STEP
     return (kernel(place + moved) - kernel(place - moved)) / (2 * STEP)

@@ -99,10 +99,13 @@ def shakedown(
     Notes
     -----
     The body is a half-space (or layered) of von Mises material under one load that passes
-    infinitely often. The factor scales tractions, and leaves the contact area as it is. The upper
-    bounds of closed form are theorems for the field of bilinear tractions at its samples; that of
-    velocities has its quadrature estimated; the lower bound has an exact equilibrium, and what lies
-    between samples estimated. See docs/shakedown.md.
+    infinitely often. The factor scales tractions, and leaves the contact area as it is.
+
+    All bounds are those of the field of the grid's tractions, linear between the centres of
+    elements; `field_error` estimates how far this is from the exact one. For this field `lower` is
+    a theorem where `proved`, else what lies between samples is estimated. `upper` is a theorem
+    where it is of closed form (`mechanism` is None); that of velocities has its quadrature
+    estimated. See docs/shakedown.md.
 
     Examples
     --------
@@ -474,7 +477,7 @@ def _by_programs(found: _Found, search: Search, gap: float) -> _Found:
 
 def _proved(found: _Found, search: Search, strength: Strength) -> _Found:
     """With a lower bound that holds between samples, too."""
-    assert found.passage.field is not None and search.gap is not None
+    assert search.gap is not None
     least = float(strength(found.passage.depth * found.passage.unit).min())
 
     def by_least(depth: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ surface an error of first order, -(2/pi) ln 2 q' h.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,6 +19,8 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.elasticity.layered_field import SHALLOWEST
+from varcontact.elasticity.subsurface import element_stresses
 from varcontact.errors import SceneError
 from varcontact.plasticity.half_space import HalfSpace
 from varcontact.results.solution import Solution
@@ -143,8 +146,8 @@ def passage(
     unit = float(min(ends[1] - ends[0] + dx, ends[3] - ends[2] + dy)) / 2
     # the section: long contacts need a wider and deeper one
     slender = np.sqrt(max((ends[1] - ends[0]) / 2 / unit, 1.0))
-    ahead = int(np.ceil(AHEAD * unit / dx))
-    beside = int(np.ceil(BESIDE * slender * unit / dy))
+    ahead = _beyond(AHEAD, unit / dx)
+    beside = _beyond(BESIDE * slender, unit / dy)
     depth = DEEPEST * slender * unit * np.linspace(0, 1, DEPTHS) ** DEPTH_POWER
     across = _places(y, dy, beside)
     along = _places(x, dx, ahead)
@@ -177,6 +180,13 @@ def passage(
         field=closed,
         parts=refined,
     )
+
+
+def _beyond(widths: float, elements: float) -> int:
+    """Elements beyond the contact, of so many half-widths with so many elements in each; four at
+    least, of which every second has a sample.
+    """
+    return max(math.ceil(widths * elements), math.ceil(CLOSE * elements) + 5)
 
 
 def scaled_grid(grid: Grid, factor: float) -> Grid:
@@ -270,10 +280,17 @@ def _layer(
     """
     if not field.layered:
         return bilinear_layer(HalfSpace(load, grid, field.constants["nu"]), depth, beyond)
-    tables = _element_table(field, grid, depth, *_farthest(load, beyond))
+    farthest = _farthest(load, beyond)
     if depth >= NEAR_SURFACE * max(grid.sides):
-        load = _smoothed(load)
-    return _summed(tables, load, beyond)
+        tables = _element_table(field, grid, depth, *farthest)
+        return _summed(tables, _smoothed(load), (beyond[0] - 1, beyond[1] - 1))
+    thickness, _, nu = field.constants["stack"].layers[0]
+    if depth >= thickness:
+        return _summed(_element_table(field, grid, depth, *farthest, nodes=3), load, beyond)
+    # the half-space of the upper layer's material, and what the others change: that is smooth
+    plain = bilinear_layer(HalfSpace(load, grid, nu), depth, beyond)
+    changed = _element_table(field, grid, depth, *farthest, less=nu)
+    return plain + _summed(changed, _smoothed(load), (beyond[0] - 1, beyond[1] - 1))
 
 
 def bilinear_layer(field: HalfSpace, depth: float, beyond: tuple[int, int]) -> np.ndarray:
@@ -345,36 +362,48 @@ def _half_spectra(tables: np.ndarray, half: int, odd: int, axis: int) -> np.ndar
 
 
 def _element_table(
-    field: BodyField, grid: Grid, depth: float, most_y: int, most_x: int
+    field: BodyField,
+    grid: Grid,
+    depth: float,
+    most_y: int,
+    most_x: int,
+    *,
+    nodes: int = 1,
+    less: float | None = None,
 ) -> np.ndarray:
-    """Coordinates (3 tractions, 5, y, x) by one element, at distances from zero on; near the
-    surface their mean over an element, which makes tractions bilinear.
+    """Coordinates (3 tractions, 5, y, x) by one element, at distances from zero on: their mean over
+    an element by so many nodes of Gauss's rule along each axis, which makes tractions bilinear;
+    less those in a half-space of this Poisson's ratio.
     """
     dx, dy = grid.sides
+    depth = max(depth, SHALLOWEST * min(dx, dy))
     x = np.arange(most_x + 1) * dx
     y = np.arange(most_y + 1) * dy
-    nodes = np.zeros(1)
-    weights = np.ones(1)
-    if depth < NEAR_SURFACE * max(dx, dy):
-        nodes, weights = np.polynomial.legendre.leggauss(3)
-        weights = weights / 2
+    places, weights = np.polynomial.legendre.leggauss(nodes)
     table = np.zeros((3, 5, most_y + 1, most_x + 1))
-    for along, weight_x in zip(nodes, weights, strict=True):
-        for across, weight_y in zip(nodes, weights, strict=True):
-            stress = field.of_element(x + along * dx / 2, y + across * dy / 2, depth, grid)
+    for along, weight_x in zip(places, weights / 2, strict=True):
+        for across, weight_y in zip(places, weights / 2, strict=True):
+            at = (x + along * dx / 2, y + across * dy / 2, depth)
+            stress = field.of_element(*at, grid)
+            if less is not None:
+                stress = stress - element_stresses(*at, grid.sides, less)
             each = np.moveaxis(coordinates(np.moveaxis(stress, 0, 2)), -1, 1)
             table += weight_x * weight_y * each
     return table
 
 
 def _smoothed(load: np.ndarray) -> np.ndarray:
-    """Tractions whose constant values act at a depth as bilinear ones: their mean over an
-    element, to the fourth order.
+    """Tractions, with one more element all around, whose constant values act at a depth as bilinear
+    ones: their mean over an element, to the sixth order.
     """
-    wide = np.pad(load, ((0, 0), (1, 1), (1, 1)))
-    x_second = wide[:, 1:-1, 2:] - 2 * load + wide[:, 1:-1, :-2]
-    y_second = wide[:, 2:, 1:-1] - 2 * load + wide[:, :-2, 1:-1]
-    return load + (x_second + y_second) / 24
+    smooth = np.pad(load, ((0, 0), (1, 1), (1, 1)))
+    for axis in (1, 2):
+        values = np.moveaxis(smooth, axis, 0)
+        wide = np.pad(values, ((2, 2), (0, 0), (0, 0)))
+        second = np.diff(wide, 2, axis=0)
+        fourth = np.diff(second, 2, axis=0)
+        smooth = np.moveaxis(values + second[1:-1] / 24 - 17 / 5760 * fourth, 0, axis)
+    return smooth
 
 
 def _is_mirrored(y: np.ndarray, curves: np.ndarray) -> bool:

@@ -223,11 +223,12 @@ class PointProof:
         y = self.field.grid.y
         beside_x = (boxes.high[:, 0] < x[0]) | (boxes.low[:, 0] > x[-1])
         beside_y = (boxes.high[:, 1] < y[0]) | (boxes.low[:, 1] > y[-1])
-        return (boxes.low[:, 2] < depth) & ~beside_x & ~beside_y
+        # farther cells have samples at every second element
+        dx, dy, _ = (boxes.high - boxes.low).T * self.parts / 2
+        single = (dx < 1.01 * self.field.grid.sides[0]) & (dy < 1.01 * self.field.grid.sides[1])
+        return (boxes.low[:, 2] < depth) & ~beside_x & ~beside_y & single
 
-    def _of_lattice(
-        self, curves: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
-    ) -> Boxes:
+    def _of_lattice(self, curves: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Boxes:
         """Cells that begin at samples x, y, z of the passage."""
         first = np.stack(np.meshgrid(z, y, x, indexing="ij"), axis=-1).reshape(-1, 3)
         samples = (self.x, self.residual.y, self.residual.depth)
@@ -359,11 +360,11 @@ class PointProof:
 
     def _missed_in_blocks(self, boxes: Boxes) -> np.ndarray:
         """The same, with the distances of blocks of boxes of one depth."""
-        side = boxes.high - boxes.low
         if not len(boxes):
             return np.empty((0, 3, 5))
-        block = np.floor(boxes.middle / (BLOCK * side.max(axis=0)))
-        block[:, 2] = boxes.low[:, 2]
+        side = boxes.high - boxes.low
+        block = np.floor(boxes.middle / (BLOCK * side.max(axis=0))).astype(int)
+        block[:, 2] = np.unique(boxes.low[:, 2], return_inverse=True)[1]
         _, first, number = np.unique(block, axis=0, return_index=True, return_inverse=True)
         number = number.ravel()
         low = np.full((len(first), 3), np.inf)
@@ -413,9 +414,7 @@ class PointProof:
             )
         return Boxes.joined(halves)
 
-    def _new(
-        self, places: tuple[np.ndarray, np.ndarray, np.ndarray], cell: np.ndarray
-    ) -> Boxes:
+    def _new(self, places: tuple[np.ndarray, np.ndarray, np.ndarray], cell: np.ndarray) -> Boxes:
         """Boxes with three places (n, 3) along each axis."""
         corners = [np.stack([each[:, part] for each in places], axis=1) for part in range(3)]
         return Boxes.of((corners[0], corners[1], corners[2]), self._stress_at([*places]), cell)

@@ -10,6 +10,7 @@ edges of the section, so the stress ends there: equilibrium holds to infinity.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,7 +61,9 @@ class ResidualSpace:
         ends_y = cell_ends(passage.y)
         if passage.symmetric:
             ends_y = np.union1d(-ends_y[ends_y > 0], ends_y[ends_y >= 0])
-        return cls(_nearest(y, ends_y), _nearest(depth, cell_ends(passage.depth)), passage.symmetric)
+        return cls(
+            _nearest(y, ends_y), _nearest(depth, cell_ends(passage.depth)), passage.symmetric
+        )
 
     def matrices(self, y: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, ...]:
         """Splines and their derivatives (4, places, splines): of F along y and z, of psi along y
@@ -96,9 +99,7 @@ class ResidualSpace:
         field = np.stack([(yy - zz) / 2, 0 * yy, xy, xz, yz], axis=-1)
         return field / passage.strength[:, None, None]
 
-    def components(
-        self, coefficients: np.ndarray, y: np.ndarray, depth: np.ndarray
-    ) -> np.ndarray:
+    def components(self, coefficients: np.ndarray, y: np.ndarray, depth: np.ndarray) -> np.ndarray:
         """rho_yy, rho_zz, rho_yz, rho_xy and rho_xz (5, nz, ny), by the least yield stress."""
         airy_y, airy_z, prandtl_y, prandtl_z = self.matrices(y, depth)
         count = airy_y.shape[2] * airy_z.shape[2]
@@ -141,12 +142,10 @@ def cells(places: np.ndarray, even: bool = True) -> np.ndarray:
     at = 0
     while at <= last + 1:
         start = min(at, last)
-        if even and steps[start + 1] > 1.01 * steps[start]:
-            start -= 1
-        elif even and steps[start] > 1.01 * steps[start + 1]:
+        if even and not math.isclose(steps[start], steps[start + 1], rel_tol=1e-2):
             start -= 1
         starts.append(start)
-        at = start + 2
+        at = max(start + 2, at + 1)
     return np.array(starts)
 
 
@@ -267,7 +266,8 @@ class CellResidual:
         self, y: np.ndarray, depth: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
         """Coefficients of F and psi, and their splines (4, n, 3, splines) along y and z."""
-        assert self.space is not None and self.coefficients is not None
+        assert self.space is not None
+        assert self.coefficients is not None
         each = [
             values.reshape(4, len(y), 3, -1)
             for values in self.space.matrices(y.ravel(), depth.ravel())
