@@ -160,6 +160,59 @@ def test_springs_below_a_half_space_have_struve_functions():
     assert parts == pytest.approx(whole, rel=1e-10)
 
 
+STRIPS = Grid(nx=30, dx=0.05, x0=0.0)
+
+
+@pytest.mark.parametrize(
+    "stacks",
+    [
+        (Stack(((0.3, 1.0, 0.3),), (0.2, 0.25)), Stack((), (1.0, 0.35))),
+        (Stack(((0.3, 1.0, 0.45),), "rigid"), Stack(((0.3, 1.0, 0.4),), "rigid")),
+    ],
+)
+def test_line_contacts_of_layers_by_their_symbol(stacks):
+    """All nine numbers, unlike bodies, with and without a base at rest."""
+    pair = LayeredPair(*stacks, depth=20.0)
+    own = vc.Elasticity(symbol=layered_symbol(pair), scale=0.3)
+    expected = pair.operator(STRIPS, "xyz", "xyz").table
+    found = own.medium(1.0, 20.0).operator(STRIPS, "xyz", "xyz").table / own.combined_G
+    np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
+    assert own.grounded == all(pair.at_rest)
+
+
+def test_a_line_contact_of_layers_by_their_symbol():
+    layer = vc.Layered([vc.Layer(h=0.3, G=1.0, nu=0.3)], base="rigid")
+    stack = Stack(((0.3, 1.0, 0.3),), "rigid")
+    own = vc.Elasticity(symbol=layered_symbol(LayeredPair(stack, Stack((), "rigid"))), scale=0.3)
+    found, expected = (
+        vc.solve(
+            vc.Scene(
+                bodies=bodies,
+                surface=vc.SampledDistance((np.arange(30) - 14.5) ** 2 * 0.02**2 / 2),
+                approach=0.02,
+                friction=0.3,
+                motion=vc.Steady(vx=1e-3),
+                grid=vc.Grid(nx=30, dx=0.02, x0=-0.3),
+            )
+        )
+        for bodies in (own, (layer, "rigid"))
+    )
+    largest = expected.pressure.max()
+    np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-7 * largest)
+    np.testing.assert_allclose(found.traction, expected.traction, atol=1e-7 * largest)
+
+
+def test_strips_on_a_power_of_the_depth():
+    """f = k^(n - 1): the kernel ``Gamma(n) cos(n pi/2) |x|^-n/pi``."""
+    n = 0.4
+    own = vc.Elasticity(symbol=scalar(lambda k: k ** (n - 1)))
+    table = own.medium(1.0, 1.0).operator(STRIPS, "z", "z").table / own.combined_G
+    points, weights = np.polynomial.legendre.leggauss(8)
+    x = 0.5 + 0.025 * points
+    kernel = special.gamma(n) * np.cos(n * np.pi / 2) * x**-n / np.pi
+    assert table[0, 0, 0, 29 + 10] == pytest.approx(0.025 * weights @ kernel, rel=1e-12)
+
+
 def test_local_compliances_are_springs():
     plain = vc.Elasticity(symbol=half_spaces)
     sprung = vc.Elasticity(
@@ -386,11 +439,11 @@ def test_symbols_that_no_body_has(symbol, words):
         (
             lambda: vc.Scene(
                 bodies=vc.Elasticity(symbol=scalar(lambda k: 1 / (k + 1))),
-                surface=vc.Cylinders(1.0),
+                surface=vc.Cylinders(1.0, reference_depth=5.0),
                 normal_force=1.0,
             ),
-            "bodies.symbol",
-            "line contact",
+            "surface.reference_depth",
+            "bases",
         ),
         (
             lambda: scene(vc.Elasticity(symbol=half_spaces), surface=vc.Ellipse(1.0, 1.0)),

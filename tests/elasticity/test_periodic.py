@@ -8,24 +8,26 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.elasticity.periodic import periodic_kernel
+from varcontact.elasticity.halfspace import HalfSpaces, influence_numbers
+from varcontact.elasticity.periodic import Periodic
 
 STEEL = vc.Bodies(G=0.7, nu=0.3)  # E* = 1
 AMPLITUDE = 0.01
 
 
-def line(n):
-    return vc.Grid(nx=n, dx=1 / n, x0=-0.5)
+def line(n, tractions="constant"):
+    return vc.Grid(nx=n, dx=1 / n, x0=-0.5, periodic=True, tractions=tractions)
 
 
-def square(n):
-    return vc.Grid(nx=n, ny=n, dx=1 / n, dy=1 / n, x0=0.0, y0=0.0)
+def square(n, tractions="constant"):
+    corner = {"x0": 0.0, "y0": 0.0}
+    return vc.Grid(nx=n, ny=n, dx=1 / n, dy=1 / n, periodic=True, tractions=tractions, **corner)
 
 
-def cosines(n, force, bodies=STEEL, symbol="elements", **changes):
-    grid = line(n)
+def cosines(n, force, bodies=STEEL, tractions="constant", **changes):
+    grid = line(n, tractions)
     return vc.Scene(
-        bodies=vc.Elasticity.periodic(bodies, grid, symbol=symbol),
+        bodies=bodies,
         surface=vc.SampledDistance(AMPLITUDE * (1 - np.cos(2 * np.pi * grid.x))),
         grid=grid,
         normal_force=force,
@@ -33,11 +35,11 @@ def cosines(n, force, bodies=STEEL, symbol="elements", **changes):
     )
 
 
-@pytest.mark.parametrize("symbol", ["elements", "spectral"])
+@pytest.mark.parametrize("tractions", ["constant", "trigonometric"])
 @pytest.mark.parametrize("half_width", [0.1, 0.25, 0.4])
-def test_westergaard(symbol, half_width):
+def test_westergaard(tractions, half_width):
     mean = np.pi * AMPLITUDE * np.sin(np.pi * half_width) ** 2
-    found = vc.solve(cosines(128, mean, symbol=symbol))
+    found = vc.solve(cosines(128, mean, tractions=tractions))
     square_of_edge = np.sin(np.pi * half_width) ** 2
     x = found.grid.x
     inside = np.maximum(square_of_edge - np.sin(np.pi * x) ** 2, 0.0)
@@ -48,15 +50,15 @@ def test_westergaard(symbol, half_width):
     assert found.certificate.normal_relative_gap < 1e-9
 
 
-@pytest.mark.parametrize(("symbol", "off"), [("elements", 2e-3), ("spectral", 1e-8)])
-def test_a_wavy_punch_in_full_contact(symbol, off):
+@pytest.mark.parametrize(("tractions", "off"), [("constant", 2e-3), ("trigonometric", 1e-8)])
+def test_a_wavy_punch_in_full_contact(tractions, off):
     """Johnson, Greenwood and Higginson 1985: full at ``sqrt(2) pi E* amplitude``."""
-    grid = square(40)
+    grid = square(40, tractions)
     x, y = np.meshgrid(grid.x, grid.y)
     waves = np.cos(2 * np.pi * x) * np.cos(2 * np.pi * y)
     closing = np.sqrt(2) * np.pi * AMPLITUDE
     scene = vc.Scene(
-        bodies=vc.Elasticity.periodic(STEEL, grid, symbol=symbol),
+        bodies=STEEL,
         surface=vc.SampledDistance(AMPLITUDE * (1 - waves)),
         grid=grid,
         normal_force=1.05 * closing,
@@ -87,7 +89,7 @@ def test_what_is_moved_along_the_period_moves_the_solution(motion):
     h = AMPLITUDE * random.uniform(size=grid.shape)
     unlike = vc.Bodies(G=(0.7, 1.0), nu=(0.3, 0.2))
     scene = vc.Scene(
-        bodies=vc.Elasticity.periodic(unlike, grid),
+        bodies=unlike,
         surface=vc.SampledDistance(h),
         grid=grid,
         normal_force=0.02,
@@ -103,74 +105,159 @@ def test_what_is_moved_along_the_period_moves_the_solution(motion):
     assert moved.friction_work == pytest.approx(one.friction_work, rel=1e-5)
 
 
-def test_spectral_numbers_are_the_compliance_itself():
-    """A wave of tractions on like layers, resting on a rigid base."""
-    grid = square(12)
+def test_a_layer_on_a_rigid_base_gives_way_as_a_whole():
+    """Under a mean pressure in full contact, by ``h (1 - 2 nu)/(2 G (1 - nu))`` (no strain across)."""
     layer = vc.Layered([vc.Layer(h=0.3, G=1.0, nu=0.4)], base="rigid")
-    table = periodic_kernel(layer, grid, spectral=True, mean=None)
-    first = table[2, 2, 11:, 11:]
-    wave = np.cos(2 * np.pi * grid.x)
-    response = sum(
-        (np.roll(first, (row, column), (0, 1)) * wave[column])[0]
-        for row in range(12)
-        for column in range(12)
+    found = vc.solve(cosines(32, 1.0, bodies=(layer, "rigid")))
+    assert found.pressure.min() > 0
+    expected = 0.3 * 0.2 / (2 * 0.6)
+    assert found.approach - AMPLITUDE == pytest.approx(expected, rel=1e-6)
+    prescribed = vc.solve(
+        replace(found.scene, normal_force=None, approach=found.approach, friction=None)
     )
-    assert np.allclose(response / wave, response[0] / wave[0])
+    assert prescribed.normal_force == pytest.approx(1.0, rel=1e-9)
 
 
-def test_the_mean_moves_bodies_as_a_whole():
-    force = 0.3 * np.pi * AMPLITUDE
-    one = vc.solve(cosines(64, force))
-    grid = line(64)
-    bodies = vc.Elasticity.periodic(STEEL, grid, mean=5.0)
-    other = vc.solve(replace(cosines(64, force), bodies=bodies))
-    np.testing.assert_allclose(other.pressure, one.pressure, atol=1e-9)
-    default = 1 / np.pi  # 2/(E* k) of the longest wave
-    assert other.approach - one.approach == pytest.approx((5.0 - default) * force, rel=1e-6)
-    again = vc.solve(
-        replace(cosines(64, force), bodies=bodies, normal_force=None, approach=other.approach)
+def test_a_wave_of_tractions_has_the_compliance_of_its_wave_number():
+    medium = Periodic(HalfSpaces(0.3, 0.1), (12, 16), rows_repeat=True, trigonometric=True)
+    grid = vc.Grid(nx=16, ny=12, dx=0.2, dy=0.3, x0=0, y0=0, periodic=True)
+    operator = medium.operator(grid, "xyz", "xyz")
+    x, y = np.meshgrid(grid.x, grid.y)
+    kx, ky = 2 * np.pi * 3 / 3.2, 2 * np.pi * 2 / 3.6
+    k = np.hypot(kx, ky)
+    phase = kx * x + ky * y
+    waves = np.zeros((3, 12, 16))
+    waves[2] = np.cos(phase)
+    expected = [-0.2 * kx / k, -0.2 * ky / k, 0.0]
+    expected = np.multiply.outer(expected, np.sin(phase))
+    expected[2] = 1.4 * np.cos(phase)
+    np.testing.assert_allclose(operator.apply(waves), expected / k, atol=1e-13)
+
+
+def test_products_are_those_of_the_matrix():
+    """Without padding along axes that repeat, also after steps of rolling."""
+    for rows_repeat in (True, False):
+        medium = Periodic(HalfSpaces(0.3, 0.1, 50.0), (14, 15), rows_repeat=rows_repeat)
+        grid = vc.Grid(nx=15, ny=14, dx=0.2, dy=0.3, x0=0, y0=0)
+        operator = medium.operator(grid, "xyz", "xyz", ((0.0, 1.0), (0.4, -1.0)))
+        fields = np.random.default_rng(2).normal(size=(3, 14, 15))
+        expected = operator.dense(np.arange(210)) @ fields.ravel()
+        np.testing.assert_allclose(operator.apply(fields).ravel(), expected, atol=1e-12)
+        assert operator.period == (rows_repeat, True)
+
+
+def test_rows_that_do_not_repeat_sum_images_along_x():
+    """Period 1.6: influence numbers of half-spaces at all periods, less those of far ones."""
+    nx, ny, side = 8, 6, 0.2
+    flat = HalfSpaces(0.3, 0.1, 40.0)
+    grid = vc.Grid(nx=nx, ny=ny, dx=side, dy=side, x0=0, y0=0)
+    found = Periodic(flat, (ny, nx), rows_repeat=False).operator(grid, "xyz", "xyz").table
+    x = np.arange(nx) * side
+    y = np.arange(1 - ny, ny) * side
+    names = [a + b for a in "xyz" for b in "xyz"]
+    images = np.arange(-400, 401) * nx * side
+    numbers = influence_numbers(
+        x[:, None] + images, y[:, None, None], side, side, nu=0.3, K=0.1, components=names
     )
-    assert again.normal_force == pytest.approx(force, rel=1e-9)
+    for i, name in enumerate(names):
+        summed = numbers[name].sum(axis=-1)
+        own = found[i // 3, i % 3][:, nx - 1 :]
+        # far images are the same everywhere but for a constant, which counts from a depth
+        level = (own - summed).mean() if name[0] == name[1] else 0.0
+        np.testing.assert_allclose(own, summed + level, atol=5e-6)
+
+
+@pytest.mark.parametrize("motion", [None, vc.Steady(vx=1e-3), vc.Shift(Fx=-1e-3, Fy=0.0)])
+def test_a_cylinder_of_periodic_length(motion):
+    """Waves along x on a cylinder along x; rolled along it they are where they were."""
+    grid = vc.Grid(nx=16, ny=20, dx=1 / 16, dy=0.04, x0=0.0, y0=-0.4, periodic="x")
+    h = grid.y[:, None] ** 2 / 2 + 1e-3 * np.cos(2 * np.pi * grid.x)
+    friction = None if motion is None else 0.3
+    scene = vc.Scene(
+        bodies=STEEL,
+        surface=vc.SampledDistance(h),
+        grid=grid,
+        normal_force=0.05,
+        friction=friction,
+        motion=motion,
+    )
+    found = vc.solve(scene)
+    turned = vc.solve(replace(scene, surface=vc.SampledDistance(np.roll(h, 5, 1))))
+    np.testing.assert_allclose(turned.pressure, np.roll(found.pressure, 5, 1), atol=1e-8)
+    np.testing.assert_allclose(turned.traction, np.roll(found.traction, 5, 2), atol=1e-6)
+    smooth = vc.solve(replace(scene, surface=vc.SampledDistance(0 * h + grid.y[:, None] ** 2 / 2)))
+    line = vc.solve(
+        vc.Scene(
+            bodies=STEEL,
+            surface=vc.SampledDistance(grid.y**2 / 2),
+            grid=vc.Grid(nx=20, dx=0.04, x0=-0.4),
+            normal_force=0.05,
+        )
+    )
+    np.testing.assert_allclose(smooth.pressure, line.pressure.T + 0 * h, atol=1e-7)
 
 
 def test_files_keep_the_period(tmp_path):
     found = vc.solve(cosines(32, 0.01, friction=0.3, motion=vc.Steady(vx=1e-3)))
     found.save(tmp_path / "periodic.nc")
     again = vc.load(tmp_path / "periodic.nc")
-    assert again.note == "" and again.scene.bodies == found.scene.bodies
-    assert again.scene.bodies.period
+    assert again.note == "" and again.scene.grid == found.scene.grid
+    assert again.scene.grid.periodic is True
+
+
+SPHERE = vc.Paraboloids(Rx=1.0, Ry=1.0)
 
 
 @pytest.mark.parametrize(
     ("make", "field", "words"),
     [
-        (lambda: vc.Elasticity.periodic(STEEL, vc.Grid(nx=8)), "grid", "explicit"),
-        (lambda: vc.Elasticity.periodic(STEEL, line(8), symbol="sine"), "symbol", "one of"),
-        (lambda: vc.Elasticity.periodic(STEEL, line(8), mean=-1.0), "mean", "positive"),
+        (lambda: vc.Grid(nx=8, periodic=True), "grid.periodic", "explicit"),
+        (lambda: vc.Grid(nx=8, dx=1, x0=0, periodic="y"), "grid.periodic", "True, False"),
         (
-            lambda: vc.Elasticity.periodic(vc.Winkler(h=1.0, E=1.0, G=1.0), line(8)),
+            lambda: vc.Grid(nx=8, dx=1, x0=0, periodic=True, edge="touched"),
+            "grid.periodic",
+            "edge",
+        ),
+        (
+            lambda: vc.Grid(nx=8, dx=1, x0=0, tractions="trigonometric"),
+            "grid.tractions",
+            "periodic",
+        ),
+        (
+            lambda: cosines(8, 0.01, bodies=(vc.Winkler(h=1.0, E=1.0, G=1.0), "rigid")),
             "bodies",
-            "half-spaces, elastic layers",
+            "half-spaces",
         ),
-        (lambda: replace(cosines(16, 0.01), grid=vc.Grid(nx=8, dx=1 / 16, x0=0)), None, "8"),
-        (
-            lambda: replace(cosines(16, 0.01), surface=vc.Cylinders(1.0)),
-            "surface",
-            "SampledDistance",
-        ),
+        (lambda: replace(cosines(16, 0.01), surface=vc.Cylinders(1.0)), "surface", "Sampled"),
         (
             lambda: cosines(16, 0.01, friction=0.3, motion=vc.Transient(steps=2, vx=1e-3)),
             "motion",
             "histories",
         ),
         (
+            lambda: cosines(
+                8,
+                0.01,
+                bodies=vc.Elasticity(
+                    kernel=np.eye(3)[..., None, None] * [0, 1.0, 0], sides=(1 / 8,)
+                ),
+            ),
+            "grid.periodic",
+            "kernel",
+        ),
+        (
             lambda: vc.solve(cosines(16, 0.01, friction=0.3, motion=vc.Steady(vx=1e-3, dq=0.03))),
             "motion.dq",
             "whole number",
+        ),
+        (
+            lambda: vc.stress(vc.solve(cosines(16, 0.01)), [[0.0], [0.0], [1.0]]),
+            "grid.periodic",
+            "stresses",
         ),
     ],
 )
 def test_what_is_refused(make, field, words):
     with pytest.raises(vc.SceneError, match=words) as error:
         make()
-    assert field is None or error.value.field == field
+    assert error.value.field == field

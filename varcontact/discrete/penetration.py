@@ -63,6 +63,8 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
     if not ((state.pressure > 0) & _rim(disc.grid)).any():
         return None
     grid = disc.grid.extended()
+    if disc.grid.periodic:
+        return None
     if isinstance(disc.bodies, GivenBodies) and not disc.bodies.reaches(grid):
         return None
     if closed_form:

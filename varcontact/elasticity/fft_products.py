@@ -21,21 +21,27 @@ def fields_of(spectrum: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
     return np.asarray(fft.irfft(rows, box[1], axis=-1)[..., : shape[1]])
 
 
-def wrapped(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
+def wrapped(
+    numbers: np.ndarray, box: tuple[int, int], period: tuple[bool, bool] = (False, False)
+) -> np.ndarray:
     """Numbers by offset (..., 2 ny - 1, 2 nx - 1) on a periodic box, offset zero first; what meets
-    there is added.
+    there is added, but along axes that the numbers repeat along.
     """
     periodic = np.zeros((*numbers.shape[:-2], *box), dtype=numbers.dtype)
-    for rows, to_rows in _halves((numbers.shape[-2] + 1) // 2, box[0]):
-        for columns, to_columns in _halves((numbers.shape[-1] + 1) // 2, box[1]):
+    for rows, to_rows in _halves((numbers.shape[-2] + 1) // 2, box[0], period[0]):
+        for columns, to_columns in _halves((numbers.shape[-1] + 1) // 2, box[1], period[1]):
             periodic[..., to_rows, to_columns] += numbers[..., rows, columns]
     return periodic
 
 
-def _halves(n: int, period: int) -> list[tuple[slice, slice]]:
-    """Negative offsets and the others, from -(n - 1) to n - 1, with their places in a period."""
+def _halves(n: int, period: int, repeats: bool) -> list[tuple[slice, slice]]:
+    """Negative offsets and the others, from -(n - 1) to n - 1, with their places in a period; the
+    others alone where they repeat.
+    """
     negative = slice(0, n - 1), slice(period - n + 1, None)
     others = slice(n - 1, None), slice(0, n)
+    if repeats:
+        return [others]
     return [negative, others]
 
 

@@ -31,6 +31,8 @@ POLES_BY_DECADE = 16
 their largest compliance, others better."""
 FIT_ERROR = 1e-5
 """Largest error of a fit, relative to the largest compliance; beyond it a symbol is refused."""
+AT_REST = 1e-4
+"""k f towards 0, by that of short waves, that counts as none: the first poles are at 1e-4/scale."""
 DIRECTIONS_MIN = 16
 DIRECTIONS_MAX = 512
 SMALL_HARMONIC = 1e-13
@@ -143,8 +145,18 @@ class FourierSymbol:
         if b.size:
             weights = b / np.sqrt(k[:, None] ** 2 + b**2)
             by_k = np.tensordot(weights, self.harmonics_of_parts, axes=1)
-            total = total + _at_each(by_k, theta)
+            total = total + at_each(by_k, theta)
         return np.asarray(total)
+
+    @lazy_property
+    def at_rest(self) -> bool:
+        """True where k f vanishes towards long waves: the bodies rest on bases, or are stiff far
+        below.
+        """
+        if self.degree > 0:
+            return True
+        left = self.harmonics + self.harmonics_of_parts.sum(axis=0)
+        return bool(np.abs(left).max() <= AT_REST * np.abs(self.harmonics).max())
 
     def scaled(self, modulus: float, length: float) -> FourierSymbol:
         """The same in units of a modulus and a length."""
@@ -230,10 +242,10 @@ def _pairs(values: np.ndarray) -> Numbers:
 
 def _at(harmonics: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """F (n, 3, 3) in directions (n,), from its harmonics 0 to M."""
-    return _at_each(np.broadcast_to(harmonics, (theta.size, *harmonics.shape)), theta)
+    return at_each(np.broadcast_to(harmonics, (theta.size, *harmonics.shape)), theta)
 
 
-def _at_each(harmonics: np.ndarray, theta: np.ndarray) -> np.ndarray:
+def at_each(harmonics: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """F (n, 3, 3) in directions (n,), each from its own harmonics (n, M + 1, 3, 3).
 
     The harmonic -m is the conjugate of m, with the sign (-1)^m: kernels are real.

@@ -116,28 +116,6 @@ def check_own_grid(scene: Scene, sides: tuple[float, ...]) -> None:
         raise SceneError("grid.edge", grid.edge, allowed)
 
 
-def check_period(scene: Scene, kernel: Numbers) -> None:
-    """The grid is one period, of a contact that repeats as it is: no history, nothing beside it."""
-    rows, columns = ((size + 1) // 2 for size in kernel.array.shape[2:])
-    assert isinstance(scene.grid, Grid)
-    if scene.grid.shape != (rows, columns):
-        raise SceneError("grid", scene.grid.shape, f"the period, (ny, nx) = ({rows}, {columns})")
-    if not isinstance(scene.surface, SampledDistance) or scene.surface.x is not None:
-        allowed = "a SampledDistance on the grid, without coordinates: it repeats"
-        raise SceneError("surface", scene.surface, allowed)
-    if scene.conformal:
-        raise SceneError("surface.inclination", "given", "left out: periodic bodies are flat")
-    if not isinstance(scene.motion, Steady | Shift | None):
-        allowed = "None, Shift or Steady: histories of periodic bodies are not known here"
-        raise SceneError("motion", type(scene.motion).__name__, allowed)
-    turns = {Steady: "spin", Shift: "rotation"}.get(type(scene.motion))
-    if turns is not None and getattr(scene.motion, turns) != 0:
-        raise SceneError(f"motion.{turns}", getattr(scene.motion, turns), "0: the motion repeats")
-    if scene.third_body is not None or scene.thermal is not None:
-        allowed = "left out with periodic bodies"
-        raise SceneError("third_body, thermal", "given", allowed)
-
-
 def check_of_matrix(scene: Scene, matrix: tuple[Numbers, ...], n: int) -> None:
     """A matrix is that of all n elements, of a plane or as it is, in a shift or in steady
     rolling.
@@ -237,7 +215,6 @@ class KernelMedium(GivenMedium):
     components: str
     sides: tuple[float, ...]
     K: float
-    period: bool = False
 
     @lazy_property
     def even(self) -> bool:
@@ -278,10 +255,6 @@ class KernelMedium(GivenMedium):
             allowed = "a whole number of elements: bodies.kernel has no numbers between them"
             raise SceneError("motion.dq", f"{columns:.6g} elements", allowed)
         ny, nx = ((size + 1) // 2 for size in table.shape[2:])
-        if self.period:
-            return np.roll(table[:, :, :, nx - 1 :], -ahead, axis=-1)[
-                :, :, :, np.arange(1 - nx, nx) % nx
-            ]
         if lattice.rows > ny or lattice.nx + abs(ahead) > nx:
             needed = (lattice.rows, lattice.nx + abs(ahead))
             message = (

@@ -57,6 +57,8 @@ def medium_on(
         medium: Medium = _pin_in_hole(scene.bodies, surface, length)
     else:
         medium = medium_of(scene.bodies, length, depth, speed)
+    if grid.periodic:
+        medium = _periodic(medium, grid)
     layer = scene.third_body
     if layer is not None and layer.compliance > 0:
         medium = ShearLayer(medium, layer.compliance * scene.bodies.combined_G / length)
@@ -65,6 +67,17 @@ def medium_on(
         by_column = _inclination(surface.x, surface.inclination_x, grid.x, length)
         medium = Conformal(medium, by_row, by_column)
     return medium
+
+
+def _periodic(medium: Medium, grid: Grid) -> Medium:
+    """The same medium with a grid as its period."""
+    from varcontact.elasticity.layered import LayeredPair
+    from varcontact.elasticity.periodic import Periodic
+    from varcontact.elasticity.symbol_medium import SymbolMedium
+
+    assert isinstance(medium, HalfSpaces | LayeredPair | SymbolMedium)
+    rows_repeat = grid.line or grid.periodic is True
+    return Periodic(medium, grid.shape, rows_repeat, grid.tractions == "trigonometric")
 
 
 def _pin_in_hole(bodies: Bodies, surface: PinInHole, length: float) -> PinInHoleMedium:

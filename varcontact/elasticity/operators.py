@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
@@ -64,10 +64,13 @@ class GridOperator:
     table : ndarray, shape (rows, columns, 2 ny - 1, 2 nx - 1)
         Influence number of each pair of components by the offset (field element
         minus loaded element), from ``-(n - 1)`` to ``n - 1``.
+    period : pair of bool
+        True along the axes (y, x) that numbers repeat along, with the grid as their period.
     """
 
     shape: tuple[int, int]
     table: np.ndarray
+    period: tuple[bool, bool] = field(default=(False, False), kw_only=True)
     # made from the numbers once: by elements, by components, and for preconditioners by boxes
     _on_elements: dict[tuple[bytes, ...], dict[str, Any]] = field(
         default_factory=dict, init=False, repr=False
@@ -135,7 +138,7 @@ class GridOperator:
         return np.ascontiguousarray(self._product(tractions))
 
     def _product(self, tractions: np.ndarray) -> np.ndarray:
-        box = fft_box(*self.shape)
+        box = self._box
         spectrum = spectrum_of(tractions, box)
         symbol = self._single_symbol if tractions.dtype == np.float32 else self._symbol
         product = np.array([sum(map(np.multiply, row, spectrum)) for row in symbol])
@@ -183,7 +186,7 @@ class GridOperator:
         return self._parts[rows, columns]
 
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        return GridOperator(self.shape, self.table[np.ix_(rows, columns)])
+        return replace(self, table=self.table[np.ix_(rows, columns)])
 
     @property
     def smallest(self) -> float:
@@ -200,8 +203,7 @@ class GridOperator:
     @property
     def norm(self) -> float:
         """An upper bound on the 2-norm, between any elements: of the symbol on the periodic box."""
-        box = fft_box(*self.shape)
-        spectrum = spectrum_of(self.table, box)
+        spectrum = spectrum_of(wrapped(self.table, self._box, self.period), self._box)
         return float(np.sqrt(np.sum(np.abs(spectrum) ** 2, axis=(0, 1)).max()))
 
     def has_mirror(self, rows: slice) -> bool:
@@ -231,16 +233,17 @@ class GridOperator:
     def in_blocks(cls, blocks: list[list[GridOperator]]) -> GridOperator:
         """Operators on one surface, rows of blocks, as a single one."""
         rows = [np.concatenate([block.table for block in row], axis=1) for row in blocks]
-        return GridOperator(blocks[0][0].shape, np.concatenate(rows))
+        first = blocks[0][0]
+        return GridOperator(first.shape, np.concatenate(rows), period=first.period)
 
     @property
     def transposed(self) -> GridOperator:
         """M', by the mirrored table."""
-        return GridOperator(self.shape, self.table[:, :, ::-1, ::-1].swapaxes(0, 1))
+        return replace(self, table=self.table[:, :, ::-1, ::-1].swapaxes(0, 1))
 
     def symmetric_part(self, sign: float = 1.0) -> GridOperator:
         """``(M + s M')/2``, s the `sign`, of a square operator."""
-        return GridOperator(self.shape, (self.table + sign * self.transposed.table) / 2)
+        return replace(self, table=(self.table + sign * self.transposed.table) / 2)
 
     @lazy_property
     def whole(self) -> np.ndarray | None:
@@ -254,8 +257,16 @@ class GridOperator:
 
     @lazy_property
     def _symbol(self) -> np.ndarray:
-        box = fft_box(*self.shape)
-        return spectrum_of(wrapped(self.table, box), box)
+        return spectrum_of(wrapped(self.table, self._box, self.period), self._box)
+
+    @property
+    def _box(self) -> tuple[int, int]:
+        """Lengths of transforms: padded, but along axes that repeat."""
+        rows, columns = fft_box(*self.shape)
+        return (
+            self.shape[0] if self.period[0] else rows,
+            self.shape[1] if self.period[1] else columns,
+        )
 
     @lazy_property
     def _single_symbol(self) -> np.ndarray:

@@ -25,7 +25,6 @@ from varcontact.elasticity.given_numbers import (
     asymmetry,
     check_of_matrix,
     check_own_grid,
-    check_period,
     checked_kernel,
     checked_matrix,
     half_spaces_of,
@@ -50,9 +49,7 @@ def _components(field: str, value: Any) -> str:
 
 
 @dataclass(frozen=True)
-class Elasticity(
-    Checked, GivenBodies, path="bodies", scale=positive, components=_components, period=checks.flag
-):
+class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components=_components):
     """Both bodies of a scene by their compliance: exactly one of `symbol`, `kernel` and `matrix`.
 
     Displacements are differences, upper minus lower, z points into the upper
@@ -90,9 +87,6 @@ class Elasticity(
     components : {"xyz", "z"}
         Those of a kernel or matrix: all, or for scenes without a motion normal
         displacements by pressures alone, with one component in place of three.
-    period : bool
-        True of a kernel of bodies that repeat, see `periodic`: the grid is one
-        period.
 
     Raises
     ------
@@ -136,7 +130,6 @@ class Elasticity(
     matrix: Any = None
     sides: tuple[float, ...] | None = None
     components: str = "xyz"
-    period: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -265,72 +258,6 @@ class Elasticity(
             raise checks.wrong_shape("matrix", compliance.shape, allowed)
         return cls(matrix=compliance[np.ix_(every, every)], sides=sides, components=components)
 
-    @classmethod
-    @checks.named_options()
-    def periodic(
-        cls,
-        bodies: Any,
-        grid: Grid,
-        symbol: str = "elements",
-        mean: float | None = None,
-        components: str = "xyz",
-    ) -> Elasticity:
-        """Bodies whose surfaces and tractions repeat, with a grid as their period.
-
-        Parameters
-        ----------
-        bodies : Bodies, Layered, Graded, Elasticity, or a pair (upper, lower)
-            Half-spaces, elastic layers, or bodies by a symbol.
-        grid : Grid
-            Explicit; in line contact without rows.
-        symbol : {"elements", "spectral"}
-            Tractions that are constant on elements, as everywhere in this package, or
-            trigonometric polynomials, as in spectral codes.
-        mean : float, optional
-            Mean displacement by a mean traction [length/stress], positive. Of bodies without a
-            base it is infinite, and a finite one only moves them as a whole: by default that of
-            a wave as long as the period. The approach, shifts and prescribed approaches count
-            from there.
-        components : {"xyz", "z"}
-            As of a kernel: of pressures alone a ninth of the memory.
-
-        Returns
-        -------
-        Elasticity
-            By a kernel.
-
-        Raises
-        ------
-        SceneError
-            For other bodies, a grid that is not explicit, and a mean that is not positive.
-
-        Examples
-        --------
-        The pressure that closes the gap between cosines of amplitude 0.01 is ``pi E* 0.01``:
-
-        >>> import varcontact as vc
-        >>> grid = vc.Grid(nx=64, dx=1 / 64, x0=0.0)
-        >>> bodies = vc.Elasticity.periodic(vc.Bodies(G=1.0, nu=0.3), grid)
-        >>> surface = vc.SampledDistance(0.01 * (1 - np.cos(2 * np.pi * grid.x)))
-        >>> closing = np.pi * 0.01 / (1 - 0.3)
-        >>> scene = vc.Scene(bodies=bodies, surface=surface, grid=grid, normal_force=1.01 * closing)
-        >>> bool(vc.solve(scene).pressure.min() > 0)
-        True
-        """
-        from varcontact.elasticity.periodic import periodic_kernel
-
-        checks.kind("grid", grid, Grid)
-        if not grid.explicit:
-            raise SceneError("grid", grid, "explicit: it is the period")
-        spectral = checks.choice("symbol", symbol, ("elements", "spectral")) == "spectral"
-        sides = grid.sides[: 2 - grid.line]
-        if mean is not None:
-            mean = positive("mean", mean)
-        kernel = periodic_kernel(bodies, grid, spectral, mean)
-        first = 3 - len(_components("components", components))
-        kernel = kernel[first:, first:]
-        return cls(kernel=kernel, sides=sides, components=components, period=True)
-
     @property
     def _fitted(self) -> FourierSymbol:
         assert isinstance(self.symbol, FourierSymbol)
@@ -398,10 +325,10 @@ class Elasticity(
 
     @property
     def grounded(self) -> bool:
-        """True of influence numbers, which are displacements as they are; those by a symbol count
-        from a depth in line contact.
+        """True of influence numbers, which are displacements as they are, and of bodies that rest on
+        bases; those of others by a symbol count from a depth in line contact.
         """
-        return self.symbol is None
+        return self.symbol is None or self._fitted.at_rest
 
     @property
     def indentation_modulus(self) -> float:
@@ -421,30 +348,31 @@ class Elasticity(
     def check(self, scene: Scene) -> None:
         """Refuse a `scene` whose grid, surface or motion these bodies have no numbers for."""
         if self.symbol is not None:
-            halves = self._fitted.homogeneous and self._fitted.degree == 0
-            if scene.line and not halves:
-                message = (
-                    "bodies.symbol in line contact must be that of half-spaces: "
-                    "k times the compliance the same at all k"
-                )
-                raise SceneError("bodies.symbol", "a symbol", message=message)
+            if scene.periodic:
+                self._check_periodic()
             return
+        if scene.periodic:
+            raise SceneError("grid.periodic", "given", "False with a kernel or matrix of numbers")
         assert self.sides is not None
         check_own_grid(scene, self.sides)
         if self.components == "z" and scene.motion is not None:
             allowed = '"xyz" where there is a motion: tractions need their own numbers'
             raise SceneError("bodies.components", "z", allowed)
-        if self.period:
-            check_period(scene, self.kernel)
         if self.matrix is not None:
             n = self.matrix[0].array.shape[0] // len(self.components)
             check_of_matrix(scene, self.matrix, n)
+
+    def _check_periodic(self) -> None:
+        """Symbols that are not defined at the longest waves, or act at their own place."""
+        if any(self._fitted.local) or self._fitted.degree != 0:
+            value = f"local = {self._fitted.local}, degree {self._fitted.degree:g}"
+            raise SceneError("bodies.symbol", value, "without springs and powers of k on a period")
 
     def reaches(self, grid: Grid) -> bool:
         """True where there are numbers for a `grid`, and places beyond the scene's own."""
         if self.symbol is not None:
             return True
-        if self.period or self.matrix is not None:
+        if self.matrix is not None:
             return False
         rows, columns = self.kernel.array.shape[2:]
         return 2 * grid.rows - 1 <= rows and 2 * grid.nx - 1 <= columns
@@ -459,7 +387,7 @@ class Elasticity(
             assert self.sides is not None
             kernel = Numbers.of(self.kernel.array * factor)
             sides = tuple(each / length for each in self.sides)
-            return KernelMedium(kernel, self.components, sides, self.K, self.period)
+            return KernelMedium(kernel, self.components, sides, self.K)
         matrices = [Numbers.of(each.array * factor) for each in self.matrix]
         off, _ = asymmetry(self.matrix[0].array)
         reciprocal = off <= SYMMETRIC_MATRIX

@@ -1,4 +1,5 @@
-"""Influence numbers of bodies and surfaces that repeat: a grid is one period along x and y.
+"""Influence numbers of bodies and surfaces that repeat: a grid is one period along x, or along x
+and y.
 
 Tractions that are constant on elements have, at the centres of elements, the
 transform
@@ -9,110 +10,220 @@ K whole multiples of the grid's own wave numbers, x and y half the wave numbers
 times the sides. Signs alternate: Euler's means end each sum. Aliases beyond the
 nearest are analytic on the first zone, and interpolated from Chebyshev nodes.
 With tractions that are trigonometric polynomials S is f itself.
+
+Where they repeat along x only, waves along x decay over rows like
+exp(-k_x |y|): a period along y so long that they are gone serves. Their mean
+over x is that of a line contact.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.layered import LayeredPair
-from varcontact.elasticity.of_scenes import medium_of
+from varcontact.elasticity.operators import GridOperator
 from varcontact.elasticity.symbol_medium import SymbolMedium
 from varcontact.errors import SceneError
-from varcontact.scene.bodies import as_bodies
 from varcontact.scene.grid import Grid
+from varcontact.transports import HERE, Stencil
 
 WHOLE = 12
 """Terms of a sum of aliases before Euler's means, of which there are as many: error 5e-13."""
 NODES = 18
 """Chebyshev nodes along each axis of the first zone."""
+DECAY = 5.5
+"""Periods along x after which the longest wave has decayed to 1e-15, exp(-2 pi 5.5)."""
+LONG_WAVE = 1e-5
+"""Wave number of bodies on a base at rest that stands for 0, times the thickness."""
+ON_LATTICE = 1e-9
+"""Difference from whole elements that counts as rounding."""
 
+Repeating = HalfSpaces | LayeredPair | SymbolMedium
 TimesK = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""k f (n, 3, 3) at wave numbers and directions (n,)."""
+"""k times the compliances (n, names) at wave numbers and directions (n,)."""
 
 
-def periodic_kernel(bodies: Any, grid: Grid, spectral: bool, mean: float | None) -> np.ndarray:
-    """Influence numbers (3, 3, 2 ny - 1, 2 nx - 1) of one period.
+@dataclass(frozen=True)
+class Periodic:
+    """A medium that repeats, with a grid (ny, nx) as its period; along y only where `rows_repeat`."""
 
-    The mean displacement by a mean traction is infinite without a base below both bodies; a finite
-    one moves displacements as a whole, and makes the numbers positive definite: `mean`, or that of
-    the longest wave.
-    """
-    times_k = _symbol_of(as_bodies(bodies))
-    ny, nx = grid.shape
-    dx, dy = grid.sides
-    kx = 2 * np.pi * np.fft.fftfreq(nx, dx)
-    ky = 2 * np.pi * np.fft.fftfreq(ny, dy)
-    if spectral:
+    flat: Repeating
+    shape: tuple[int, int]
+    rows_repeat: bool
+    trigonometric: bool = False
+    reciprocal: ClassVar[bool] = True
+
+    @property
+    def K(self) -> float:
+        """Size of the coupling of pressure and tractions."""
+        return self.flat.K
+
+    @property
+    def even(self) -> bool:
+        """True where influence numbers are even or odd in x."""
+        return self.flat.even
+
+    @property
+    def at_once(self) -> Periodic:
+        """Elastic bodies do not relax."""
+        return self
+
+    def at_end(self, time: float) -> Periodic:
+        """Elastic bodies do not relax."""
+        return self
+
+    def operator(
+        self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
+    ) -> GridOperator:
+        """Displacements along `rows` by tractions along `columns`, combined over a stencil."""
+        names = tuple(row + column for row in rows for column in columns)
+        first = _numbers(self, lattice.sides, lattice.line, names)
+        total = np.zeros_like(first)
+        for ahead, weight in stencil:
+            total += weight * np.roll(first, -_whole_elements(ahead / lattice.sides[0]), axis=-1)
+        # offsets from -(n - 1) to n - 1
+        ny, nx = lattice.shape
+        columns_of = np.arange(1 - nx, nx) % self.shape[1]
+        rows_of = np.arange(1 - ny, ny) % total.shape[1]
+        table = total[:, rows_of[:, None], columns_of]
+        whole = ny == self.shape[0], nx == self.shape[1]
+        period = (self.rows_repeat and whole[0], whole[1])
+        table = table.reshape(len(rows), len(columns), *table.shape[1:])
+        return GridOperator(lattice.shape, table, period=period)
+
+
+def _whole_elements(columns: float) -> int:
+    whole = round(columns)
+    if abs(columns - whole) > ON_LATTICE * max(1.0, abs(columns)):
+        allowed = "a whole number of elements: a periodic grid has no numbers between them"
+        raise SceneError("motion.dq", f"{columns:.6g} elements", allowed)
+    return whole
+
+
+@lru_cache(maxsize=4)
+def _numbers(
+    medium: Periodic, sides: tuple[float, float], line: bool, names: tuple[str, ...]
+) -> np.ndarray:
+    """Influence numbers (names, rows, nx) by offset, from zero on and back from the end."""
+    times_k = _symbol_of(medium.flat, names)
+    ny, nx = medium.shape
+    dx, dy = sides
+    rows = ny
+    if not medium.rows_repeat:
+        from scipy.fft import next_fast_len
+
+        rows = next_fast_len(2 * ny + math.ceil(DECAY * nx * dx / dy), real=True)
+    kx = 2 * np.pi * np.fft.rfftfreq(nx, dx)
+    ky = 2 * np.pi * np.fft.fftfreq(rows, dy)
+    if medium.trigonometric:
         total = _values(times_k, *np.meshgrid(kx, ky))
     else:
-        total = _aliases(times_k, kx, ky, (dx, dy))
-    # the mean displacement by the mean traction
-    if mean is None:
-        longest = nx * dx
-        mean = float(times_k(np.ones(1) * 2 * np.pi / longest, np.zeros(1))[0, 2, 2].real)
-        mean *= longest / (2 * np.pi)
-    total[0, 0] = mean * np.eye(3)
-    circulant = np.fft.ifft2(np.moveaxis(total, (-2, -1), (0, 1))).real
-    rows = np.arange(1 - ny, ny) % ny
-    columns = np.arange(1 - nx, nx) % nx
-    return np.asarray(circulant[:, :, rows[:, None], columns])
+        total = _aliases(times_k, kx, ky, sides)
+    if medium.rows_repeat:
+        total[0, 0] = _of_mean(medium.flat, times_k, names, nx * dx)
+        return np.asarray(np.fft.irfft2(np.moveaxis(total, -1, 0), (rows, nx)))
+    total[:, 0] = 0.0
+    numbers = np.fft.irfft2(np.moveaxis(total, -1, 0), (rows, nx))
+    # the mean over x is that of strips along x
+    offsets = np.arange(rows)
+    offsets = np.where(offsets > rows // 2, offsets - rows, offsets) * dy
+    strips = _strips_along_x(medium.flat, offsets, dy, names)
+    return np.asarray(numbers + strips[..., None] / nx)
 
 
-def _symbol_of(bodies: Any) -> TimesK:
-    """k f of a scene's bodies."""
-    medium = medium_of(bodies, 1.0, 1.0)
-    if isinstance(medium, SymbolMedium):
-        symbol = medium.symbol.scaled(1 / bodies.combined_G, 1.0)
-        if any(symbol.local) or symbol.degree != 0:
-            raise SceneError("bodies.local", symbol.local, "without springs or powers of k")
-        return symbol.times_k
-    if isinstance(medium, HalfSpaces):
-        nu = medium.nu
-        constants = np.array([2 * (1 - nu), 2 * medium.K, 2 * (1 - nu), 2.0]) / bodies.combined_G
-        return lambda k, theta: _isotropic(constants[:, None] + 0 * k, theta)
-    if isinstance(medium, LayeredPair):
-        pair = medium
-        return lambda k, theta: _isotropic(pair.symbols(k) / bodies.combined_G, theta)
-    allowed = "half-spaces, elastic layers, or an Elasticity by its symbol"
-    raise SceneError("bodies", bodies, allowed)
+def _of_mean(
+    flat: Repeating, times_k: TimesK, names: tuple[str, ...], longest: float
+) -> np.ndarray:
+    """Mean displacements by mean tractions: those of bodies on a base at rest, else as a wave as
+    long as the period has by pressures.
+
+    Without a base they are infinite, and finite ones only move displacements as a whole, and make
+    the numbers positive definite.
+    """
+    k = 2 * np.pi / longest
+    at_rest = (False, False, False)
+    if isinstance(flat, LayeredPair):
+        at_rest = flat.at_rest
+    of_wave = float(_symbol_of(flat, ("zz",))(np.array([k]), np.zeros(1))[0, 0].real) / k
+    mean = np.zeros(len(names))
+    for place, name in enumerate(names):
+        if name[0] != name[1]:
+            continue
+        mean[place] = of_wave
+        if isinstance(flat, LayeredPair) and at_rest["xyz".index(name[0])]:
+            long = LONG_WAVE / flat.thickness
+            mean[place] = float(times_k(np.array([long]), np.zeros(1))[0, place].real) / long
+    return mean
 
 
-def _isotropic(symbols: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """k f from alpha, kappa, gamma and beta (4, n), see `LayeredPair`."""
+def _strips_along_x(
+    flat: Repeating, y: np.ndarray, dy: float, names: tuple[str, ...]
+) -> np.ndarray:
+    """Influence numbers (names, n) of strips along x, as in a line contact across them."""
+    if isinstance(flat, SymbolMedium):
+        return np.stack([flat.of_strips(y, dy, name, np.pi / 2) for name in names])
+    across = str.maketrans("xy", "yx")
+    strips = Grid(nx=1, dx=dy, x0=0.0)
+    turned = [name.translate(across) for name in names]
+    numbers = flat.influence(strips, y, np.zeros(1), turned)
+    return np.stack([np.broadcast_to(numbers[name], y.shape) for name in turned])
+
+
+def _symbol_of(flat: Repeating, names: tuple[str, ...]) -> TimesK:
+    """k f between some components."""
+    if isinstance(flat, SymbolMedium):
+        rows = ["xyz".index(name[0]) for name in names]
+        columns = ["xyz".index(name[1]) for name in names]
+        symbol = flat.symbol
+        return lambda k, theta: symbol.times_k(k, theta)[:, rows, columns]
+    if isinstance(flat, HalfSpaces):
+        normal = 2 * (1 - flat.nu)
+        constants = np.array([normal, 2 * flat.K, normal, 2.0])[:, None]
+        return lambda k, theta: _isotropic(constants, theta, names)
+    pair = flat
+    return lambda k, theta: _isotropic(pair.symbols(k), theta, names)
+
+
+def _isotropic(symbols: np.ndarray, theta: np.ndarray, names: tuple[str, ...]) -> np.ndarray:
+    """k f (n, names) from alpha, kappa, gamma and beta (4, n), see `LayeredPair`."""
     alpha, kappa, gamma, beta = symbols
-    c = np.cos(theta)
-    s = np.sin(theta)
-    f = np.zeros((theta.size, 3, 3), complex)
-    f[:, 0, 0] = alpha * c**2 + beta * s**2
-    f[:, 1, 1] = alpha * s**2 + beta * c**2
-    f[:, 0, 1] = f[:, 1, 0] = (alpha - beta) * c * s
-    f[:, 2, 2] = gamma
-    f[:, 0, 2] = 1j * kappa * c
-    f[:, 1, 2] = 1j * kappa * s
-    f[:, 2, 0] = -f[:, 0, 2]
-    f[:, 2, 1] = -f[:, 1, 2]
+    along = {"x": np.cos(theta), "y": np.sin(theta)}
+    f = np.zeros((theta.size, len(names)), complex)
+    for place, (i, j) in enumerate(names):
+        if i == j == "z":
+            f[:, place] = gamma
+        elif i == "z":
+            f[:, place] = -1j * kappa * along[j]
+        elif j == "z":
+            f[:, place] = 1j * kappa * along[i]
+        else:
+            f[:, place] = (alpha - beta) * along[i] * along[j]
+            f[:, place] += beta * (i == j)
     return f
 
 
 def _values(times_k: TimesK, kx: np.ndarray, ky: np.ndarray) -> np.ndarray:
-    """f (ny, nx, 3, 3) at wave numbers; zero at 0."""
+    """f (ny, nx, names) at wave numbers; zero at 0."""
     k = np.hypot(kx, ky).ravel()
-    at = k > 0
-    values = np.zeros((k.size, 3, 3), complex)
+    origin = k == 0
+    k[origin] = 1.0
     theta = np.arctan2(ky, kx).ravel()
-    values[at] = times_k(k[at], theta[at]) / k[at][:, None, None]
-    return values.reshape(*kx.shape, 3, 3)
+    values = times_k(k, theta) / k[:, None]
+    values[origin] = 0.0
+    return values.reshape(*kx.shape, -1)
 
 
 def _aliases(
     times_k: TimesK, kx: np.ndarray, ky: np.ndarray, sides: tuple[float, float]
 ) -> np.ndarray:
-    """The sum over all aliases (ny, nx, 3, 3)."""
+    """The sum over all aliases (ny, nx, names)."""
     dx, dy = sides
     every = range(-2 * WHOLE, 2 * WHOLE + 1)
     nodes = np.polynomial.chebyshev.chebpts1(NODES)
@@ -129,20 +240,24 @@ def _aliases(
     def term(x: np.ndarray, y: np.ndarray, m: int, n: int) -> np.ndarray:
         at_x, at_y = np.meshgrid(x + step_x * m, y + step_y * n)
         weight = np.sinc(at_x * dx / (2 * np.pi)) * np.sinc(at_y * dy / (2 * np.pi))
-        return _values(times_k, at_x, at_y) * weight[..., None, None]
+        return _values(times_k, at_x, at_y) * weight[..., None]
 
-    # far aliases on the nodes
-    far = np.zeros((node_y.size, NODES, 3, 3), complex)
+    # far aliases on the nodes, all along x at once
+    far: np.ndarray = np.zeros((), complex)
+    weights_x = np.array([_euler(abs(m)) for m in every])
+    shifted = np.add.outer(step_x * np.array(every), nodes * np.pi / dx)
     for n in rows:
-        for m in every:
-            if max(abs(m), abs(n)) > 1:
-                weight = _euler(abs(m)) * _euler(abs(n))
-                far += weight * term(nodes * np.pi / dx, node_y, m, n)
+        weights = weights_x * _euler(abs(n))
+        if abs(n) <= 1:
+            weights[np.abs(every) <= 1] = 0.0
+        terms = term(shifted.ravel(), node_y, 0, n)
+        terms = terms.reshape(node_y.size, *shifted.shape, -1)
+        far = far + np.einsum("m,bmai->bai", weights, terms)
     to_x = _interpolation(nodes, kx * dx / np.pi)
     to_y = np.ones((1, 1))
     if ky.size > 1:
         to_y = _interpolation(nodes, ky * dy / np.pi)
-    total = np.einsum("yb,baij,xa->yxij", to_y, far, to_x, optimize=True)
+    total = np.einsum("yb,bai,xa->yxi", to_y, far, to_x, optimize=True)
     # the nearest ones where they are
     for n in near_rows:
         for m in (-1, 0, 1):

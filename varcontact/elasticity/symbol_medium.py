@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from varcontact.elasticity.fourier_symbol import FourierSymbol
+from varcontact.elasticity.fourier_symbol import FourierSymbol, at_each
 from varcontact.elasticity.operators import GridOperator, Homogeneous
 from varcontact.elasticity.shear_layer import springs
 from varcontact.scene.grid import Grid
@@ -41,6 +41,8 @@ RULES = ((3.0, 8), (12.0, 5), (np.inf, 3))
 """Orders of Gauss's rules on elements farther away, up to so many times that distance."""
 PANELS = 8
 PANEL_POINTS, PANEL_WEIGHTS = np.polynomial.legendre.leggauss(20)
+STRIP_PANELS = 40
+"""Halvings of a quarter of a circle towards 0: the longest waves of line contacts."""
 AT_ONCE = 256
 """Places whose numbers are computed in one go."""
 DEGREE = 20
@@ -97,7 +99,7 @@ class SymbolMedium(Homogeneous):
     ) -> dict[str, np.ndarray]:
         sides = grid.sides
         if grid.line:
-            return {name: self._of_strips(x + 0 * y, sides[0], name) for name in components}
+            return {name: self.of_strips(x + 0 * y, sides[0], name) for name in components}
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         names = tuple(components)
         radial = None
@@ -109,16 +111,11 @@ class SymbolMedium(Homogeneous):
         numbers = elements.numbers(x.ravel(), y.ravel())
         return {name: numbers[:, i].reshape(x.shape) for i, name in enumerate(names)}
 
-    def _of_strips(self, x: np.ndarray, dx: float, name: str) -> np.ndarray:
-        """Strips of a line contact: ``-Re F(0) ln(|x|/depth)/pi - Im F(0) sgn(x)/2``."""
-        i, j = ("xyz".index(each) for each in name)
-        F = self.symbol.times_k(np.ones(1), np.zeros(1))[0, i, j]
+    def of_strips(self, x: np.ndarray, dx: float, name: str, theta: float = 0.0) -> np.ndarray:
+        """Numbers at places x from a strip of a width, along the direction theta across it."""
         ends = np.array([x + dx / 2, x - dx / 2])
-        sizes = np.abs(ends)
-        logarithms = np.log(np.where(sizes > 0, sizes, 1.0) / self.depth)
-        even = ends * logarithms - ends
-        odd = sizes
-        return np.asarray(-F.real / np.pi * (even[0] - even[1]) - F.imag / 2 * (odd[0] - odd[1]))
+        after, before = _Strips(self.symbol, self.depth, name, theta).integrals(ends)
+        return np.asarray(after - before)
 
 
 @lru_cache(maxsize=4)
@@ -163,6 +160,82 @@ def _product(order: float, x: np.ndarray) -> np.ndarray:
     if lost.any():
         product[lost] = (1 - x[lost] ** 2 / (2 * (order**2 - 1))) / (2 * order)
     return np.asarray(product)
+
+
+@dataclass(frozen=True)
+class _Strips:
+    """Integrals from 0 of the kernel of lines, between two components, across a direction theta.
+
+    Of short waves, and of a pole b, with F the compliance along theta and ``s = sin(t)``,
+
+        -Re F ln(|x|/depth)/pi - Im F sgn(x)/2,
+        Re F (K - int_0^(pi/2) (1 - exp(-b |x| s))/s dt)/pi - Im F sgn(x) int_0^(b |x|) K_0/pi,
+
+    ``K = ln(2 b depth) + gamma``: ``int sin(k x)/sqrt(k^2 + b^2) dk = int exp(-b x s) dt``.
+    """
+
+    symbol: FourierSymbol
+    depth: float
+    name: str
+    theta: float
+
+    def integrals(self, ends: np.ndarray) -> np.ndarray:
+        """Integrals from 0 to some places."""
+        places, index = np.unique(np.abs(ends), return_inverse=True)
+        even, odd = self._of_short_waves(places)
+        b = self.symbol.poles.array
+        if b.size:
+            F = self._along(self.symbol.harmonics_of_parts)
+            even = even + self._even_of_poles(places) @ F.real
+            odd = odd + _odd_of_poles(places, b) @ F.imag
+        index = index.reshape(ends.shape)
+        return np.asarray(np.sign(ends) * even[index] + odd[index])
+
+    def _along(self, harmonics: np.ndarray) -> np.ndarray:
+        """Compliances (n,) along theta, from harmonics (n, M + 1, 3, 3)."""
+        i, j = ("xyz".index(each) for each in self.name)
+        return at_each(harmonics, np.full(len(harmonics), self.theta))[:, i, j]
+
+    def _of_short_waves(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        (F,) = self._along(self.symbol.harmonics[None])
+        n = self.symbol.degree
+        if n > 0:
+            power = special.gamma(n) * places ** (1 - n) / (np.pi * (1 - n))
+            quarter = n * np.pi / 2
+            return F.real * np.cos(quarter) * power, -F.imag * np.sin(quarter) * power
+        logarithms = np.log(np.where(places > 0, places, 1.0) / self.depth)
+        return -F.real / np.pi * (places * logarithms - places), -F.imag / 2 * places
+
+    def _even_of_poles(self, places: np.ndarray) -> np.ndarray:
+        """Integrals (places, poles) of the even part, by Re F."""
+        b = self.symbol.poles.array
+        nodes, weights = _sines()
+        levels = np.log(2 * b * self.depth) + np.euler_gamma
+        total = np.multiply.outer(places, levels)
+        for place, x in enumerate(places):
+            z = np.multiply.outer(b * x, nodes)
+            total[place] -= ((z + np.expm1(-z)) / nodes**2) @ weights / b
+        return total / np.pi
+
+
+def _odd_of_poles(places: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Integrals (places, poles) of the odd part, by Im F."""
+    z = np.multiply.outer(places, b)
+    integral = special.iti0k0(z)[1]
+    inner = np.where(z > 0, 1 - z * special.k1(np.where(z > 0, z, 1.0)), 0.0)
+    return np.asarray((inner / b - places[:, None] * integral) / np.pi)
+
+
+@lru_cache(maxsize=1)
+def _sines() -> tuple[np.ndarray, np.ndarray]:
+    """Sines and weights of Gauss's rule over a quarter of a circle, on panels that halve towards
+    0.
+    """
+    edges = np.concatenate([[0.0], np.pi / 2 * 2.0 ** np.arange(-STRIP_PANELS, 1)])
+    points, weights = np.polynomial.legendre.leggauss(12)
+    halves = np.diff(edges)[:, None] / 2
+    t = edges[:-1, None] + halves * (1 + points)
+    return np.sin(t).ravel(), (halves * weights).ravel()
 
 
 @dataclass(frozen=True, eq=False)

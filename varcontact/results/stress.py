@@ -325,6 +325,9 @@ class BodyField:
         if isinstance(surface, PinInHole):
             allowed = "one of half-spaces or layers: stresses in a pin and round a hole are others"
             raise SceneError("surface", surface, allowed)
+        if solution.scene.periodic:
+            allowed = "False: stresses below a surface that repeats are not known"
+            raise SceneError("grid.periodic", solution.scene.periodic, allowed)
         bodies = solution.scene.bodies
         body: Any
         if isinstance(bodies, Bodies):

@@ -23,6 +23,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.load_checks import check_loads
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
+from varcontact.scene.periodic_checks import check_periodic
 from varcontact.scene.pin import CLEARANCE_MAX, PinInHole
 from varcontact.scene.surfaces import (
     STEP_TURN_MAX,
@@ -86,6 +87,7 @@ def check(scene: Scene) -> None:
     _check_by_element(scene)
     _check_depth(scene, problems)
     _check_third_body(scene)
+    check_periodic(scene)
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:

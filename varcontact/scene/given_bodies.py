@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 class GivenBodies(ABC):
     """Both bodies of a scene, by numbers of their own."""
 
-    period: bool = False
-    """True where the grid is one period of the bodies."""
     longest_relaxation: ClassVar[float] = 0.0
     relaxes: ClassVar[bool] = False
     slides: ClassVar[bool] = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import partial
-from typing import ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
@@ -14,10 +14,20 @@ from varcontact.errors import SceneError
 Edge = Literal["centres", "touched", "softened"]
 """Treatments of the elements that the contact's edge cuts, see `Grid`."""
 EDGES = get_args(Edge)
-Tractions = Literal["constant", "linear"]
+Tractions = Literal["constant", "linear", "trigonometric"]
 """Course of tractions in elements, see `Grid`."""
 Cells = tuple[int, int]
 """Equal parts of an element along y and along x."""
+
+
+Periodic = bool | Literal["x"]
+"""Axes along which a grid repeats, see `Grid`."""
+
+
+def _periodic(field: str, value: Any) -> Periodic:
+    if value is True or value is False or value == "x":
+        return value
+    raise SceneError(field, value, 'True, False or "x"')
 
 
 @dataclass(frozen=True)
@@ -33,6 +43,7 @@ class Grid(
     margin=partial(whole, least=0),
     edge=partial(choice, options=EDGES),
     tractions=partial(choice, options=get_args(Tractions)),
+    periodic=_periodic,
 ):
     """The potential contact, divided into ``ny`` rows of ``nx`` equal
     rectangles; in line contact into ``nx`` strips.
@@ -70,10 +81,14 @@ class Grid(
         accurate forces on coarse grids, see `Scene.second_order`. "touched" and
         "softened" are for pressures that tractions do not change, and not for
         samples without coordinates.
-    tractions : {"constant", "linear"}
+    tractions : {"constant", "linear", "trigonometric"}
         Course of pressures and tractions: constant in each element, as in CONTACT; or, in line
         contact of half-spaces, linear between the centres of elements (the overlapping triangles of
-        Bentall and Johnson), zero from the next centre outside the contact on.
+        Bentall and Johnson), zero from the next centre outside the contact on; or, on a periodic
+        grid, trigonometric polynomials, as in spectral codes.
+    periodic : bool or "x"
+        True: bodies, surface and tractions repeat along x and y, with the explicit grid as their
+        period; "x": along x only. In line contact both are the same.
 
     Raises
     ------
@@ -110,6 +125,7 @@ class Grid(
     margin: int = 1
     edge: Edge = "centres"
     tractions: Tractions = "constant"
+    periodic: Periodic = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -132,6 +148,22 @@ class Grid(
         missing = [name for name in names if getattr(self, name) is None]
         if missing and len(missing) < len(names):
             raise SceneError(f"grid.{missing[0]}", None, f"given: {', '.join(names)} come together")
+        self._check_periodic()
+
+    def _check_periodic(self) -> None:
+        """A period is an explicit grid of whole elements."""
+        if self.tractions == "trigonometric" and self.periodic is False:
+            raise SceneError("grid.tractions", self.tractions, "for grids with periodic=True")
+        if self.tractions == "trigonometric" and self.periodic == "x" and not self.line:
+            allowed = '"constant": rows do not repeat along y'
+            raise SceneError("grid.tractions", self.tractions, allowed)
+        if self.periodic is False:
+            return
+        if not self.explicit:
+            raise SceneError("grid.periodic", self.periodic, "of an explicit grid: the period")
+        if self.edge != "centres" or self.linear:
+            allowed = 'False with grid.edge other than "centres", or linear tractions'
+            raise SceneError("grid.periodic", self.periodic, allowed)
 
     @property
     def line(self) -> bool:
@@ -250,7 +282,8 @@ class Grid(
     def scaled(self, length: float) -> Grid:
         """The lattice in another unit of `length`, which is given in the old one."""
         dx, dy, x0, y0 = self._lattice()
-        return self._like(self.nx, self.rows, dx / length, dy / length, x0 / length, y0 / length)
+        grid = self._like(self.nx, self.rows, dx / length, dy / length, x0 / length, y0 / length)
+        return replace(grid, tractions=self.tractions, periodic=self.periodic)
 
     def spread(self, box: tuple[float, float, float, float]) -> Grid:
         """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top) and the
@@ -267,7 +300,8 @@ class Grid(
     def _like(self, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> Grid:
         """A lattice with the same edge; in line contact without rows."""
         if self.line:
-            return Grid(nx=nx, dx=dx, x0=x0, edge=self.edge, tractions=self.tractions)
+            tractions: Tractions = "linear" if self.linear else "constant"
+            return Grid(nx=nx, dx=dx, x0=x0, edge=self.edge, tractions=tractions)
         return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0, edge=self.edge)
 
 

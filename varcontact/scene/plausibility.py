@@ -173,7 +173,7 @@ def _upside_down(scene: Scene) -> str:
     surface = scene.surface
     if not isinstance(surface, SampledDistance) or min(surface.samples.shape[1:]) < 3:
         return ""
-    if isinstance(scene.bodies, GivenBodies) and scene.bodies.period:
+    if scene.periodic:
         return ""
     h = surface.samples
     if surface.line:

@@ -287,11 +287,19 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return None
 
     @property
+    def periodic(self) -> bool | str:
+        """Axes that bodies and surface repeat along, see `Grid`."""
+        return self.own_grid.periodic
+
+    @property
     def approach_undetermined(self) -> bool:
         """True where the approach is known but for a constant: in line contact without a depth or
         bases at rest.
         """
-        return self.line and self.reference_depth is None and not self.bodies.grounded
+        if self.periodic == "x" and not self.line:
+            return True
+        at_rest = self.bodies.grounded or self.periodic
+        return self.line and self.reference_depth is None and not at_rest
 
     @property
     def shift_undetermined(self) -> bool:

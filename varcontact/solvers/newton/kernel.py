@@ -41,6 +41,14 @@ def fast_box(rows: int, columns: int) -> tuple[int, int]:
     return next_fast_len(rows), next_fast_len(columns, real=True)
 
 
+def repeated(
+    box: tuple[int, int], shape: tuple[int, int], period: tuple[bool, bool]
+) -> tuple[int, int]:
+    """Lengths of transforms: those of a box, and of the shape along axes that repeat."""
+    lengths = [own if each else wide for own, wide, each in zip(shape, box, period, strict=True)]
+    return lengths[0], lengths[1]
+
+
 def symmetric_product(symbol: np.ndarray, transform: np.ndarray) -> np.ndarray:
     """Product of a symmetric symbol (xx, xy, yy; or one) with the transform of two components (or
     of one).
@@ -62,13 +70,14 @@ class Kernel:
     """Influence numbers by offset, float32 (m, 2 ny - 1, 2 nx - 1): m = 3 for xx, xy and yy, 1 for
     one component.
 
-    `shape`: (ny, nx) of the box.
+    `shape`: (ny, nx) of the box; `period`: axes along which numbers repeat, with the box as period.
     """
 
-    def __init__(self, numbers: np.ndarray) -> None:
+    def __init__(self, numbers: np.ndarray, period: tuple[bool, bool] = (False, False)) -> None:
         self.numbers = numbers
+        self.period = period
         self.shape = (numbers.shape[1] + 1) // 2, (numbers.shape[2] + 1) // 2
-        self._box = fast_box(*numbers.shape[1:])
+        self._box = repeated(fast_box(*numbers.shape[1:]), self.shape, period)
 
     @lazy_property
     def row_size(self) -> float:
@@ -90,7 +99,8 @@ class Kernel:
             same = padded[..., middle - last : middle + last + 1 : 2]
             after = padded[..., middle - last + 1 : middle + last + 2 : 2]
             numbers = np.moveaxis(same + (before + after) / 2, -1, axis)
-        return Kernel(numbers / 2)
+        even = [size % 2 == 0 for size in self.shape]
+        return Kernel(numbers / 2, (self.period[0] and even[0], self.period[1] and even[1]))
 
     @lazy_property
     def halved_in_rolling(self) -> Kernel:
@@ -105,7 +115,7 @@ class Kernel:
     @lazy_property
     def symbol(self) -> np.ndarray:
         """Transform of the numbers on a box of twice the size, complex64."""
-        return spectrum_of(wrapped(self.numbers, self._box), self._box)
+        return spectrum_of(wrapped(self.numbers, self._box, self.period), self._box)
 
     @lazy_property
     def circulant(self) -> Circulant:
@@ -170,17 +180,22 @@ class Circulant:
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
         ny, nx = kernel.shape
-        rows, columns = fast_box(int(WIDER * ny), int(WIDER * nx))
-        self._box = rows, columns
         self.rolling = _rolling(kernel.numbers[0])
+        period = kernel.period
+        if self.rolling != 0:
+            period = False, False
+        wider = fast_box(int(WIDER * ny), int(WIDER * nx))
+        rows, columns = self._box = repeated(wider, kernel.shape, period)
         growth = np.exp(-self.rolling * np.log(CAUSAL) / columns * np.arange(nx))
         self.growth = growth.astype(np.float32)
         x = np.arange(-(nx - 1), nx)
         y = np.arange(-(ny - 1), ny)
         causal = np.exp(-self.rolling * np.log(CAUSAL) * x / columns)
-        window = parzen(y / rows)[:, None] * (parzen(x / columns) * causal)
+        along_y = np.ones(y.size) if period[0] else parzen(y / rows)
+        along_x = causal if period[1] else parzen(x / columns) * causal
+        window = along_y[:, None] * along_x
         numbers = kernel.numbers * window.astype(np.float32)
-        self.symbol = spectrum_of(wrapped(numbers, self._box), self._box)
+        self.symbol = spectrum_of(wrapped(numbers, self._box, period), self._box)
 
     @lazy_property
     def stick(self) -> np.ndarray:
@@ -235,7 +250,9 @@ def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
         rows, columns = operator.shape
         table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
         blocks = [table[0, 0]] if len(table) == 1 else [table[0, 0], table[0, 1], table[1, 1]]
-        kept[shape] = Kernel((np.array(blocks) / unit(operator)).astype(np.float32))
+        period = operator.period[0] and ny == rows, operator.period[1] and nx == columns
+        numbers = (np.array(blocks) / unit(operator)).astype(np.float32)
+        kept[shape] = Kernel(numbers, period)
         for oldest in list(kept)[:-KERNELS]:
             del kept[oldest]
     return kept[shape]
