@@ -176,20 +176,26 @@ def test_line_contacts_of_layers_by_their_symbol(stacks):
     own = vc.Elasticity(symbol=layered_symbol(pair), scale=0.3)
     expected = pair.operator(STRIPS, "xyz", "xyz").table
     found = own.medium(1.0, 20.0).operator(STRIPS, "xyz", "xyz").table / own.combined_G
-    np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
+    largest = np.abs(expected).max()
+    off = found - expected
+    np.testing.assert_allclose(off, 0, atol=1e-5 * largest)
+    # waves longer than those that were sampled move all places alike
+    np.testing.assert_allclose(off - off[..., 29:30], 0, atol=1e-8 * largest)
     assert own.grounded == all(pair.at_rest)
 
 
 def test_a_line_contact_of_layers_by_their_symbol():
     layer = vc.Layered([vc.Layer(h=0.3, G=1.0, nu=0.3)], base="rigid")
     stack = Stack(((0.3, 1.0, 0.3),), "rigid")
-    own = vc.Elasticity(symbol=layered_symbol(LayeredPair(stack, Stack((), "rigid"))), scale=0.3)
+    own = vc.Elasticity(
+        symbol=layered_symbol(LayeredPair(stack, Stack((), (np.inf, 0.0)))), scale=0.3
+    )
     found, expected = (
         vc.solve(
             vc.Scene(
                 bodies=bodies,
                 surface=vc.SampledDistance((np.arange(30) - 14.5) ** 2 * 0.02**2 / 2),
-                approach=0.02,
+                normal_force=0.08,
                 friction=0.3,
                 motion=vc.Steady(vx=1e-3),
                 grid=vc.Grid(nx=30, dx=0.02, x0=-0.3),

@@ -31,8 +31,8 @@ POLES_BY_DECADE = 16
 their largest compliance, others better."""
 FIT_ERROR = 1e-5
 """Largest error of a fit, relative to the largest compliance; beyond it a symbol is refused."""
-AT_REST = 1e-4
-"""k f towards 0, by that of short waves, that counts as none: the first poles are at 1e-4/scale."""
+AT_REST = 1e-6
+"""k f towards 0, by that of short waves, that counts as none."""
 DIRECTIONS_MIN = 16
 DIRECTIONS_MAX = 512
 SMALL_HARMONIC = 1e-13
@@ -403,10 +403,14 @@ def _without_small(harmonics: np.ndarray) -> np.ndarray:
 
 def _fit(harmonics: np.ndarray, k: np.ndarray, poles: np.ndarray) -> np.ndarray:
     """Least squares for the limit and the parts (1 + n, M + 1, 3, 3)."""
+    # the longest waves, which line contacts feel: what the first samples lead to, linearly
+    share = k[0] / (k[1] - k[0])
+    longest = harmonics[0] - share * (harmonics[1] - harmonics[0])
+    k = np.concatenate([[0.0], k])
     columns = np.concatenate(
         [np.ones((k.size, 1)), poles / np.sqrt(k[:, None] ** 2 + poles**2)], axis=1
     )
-    right = harmonics.reshape(k.size, -1)
+    right = np.concatenate([longest[None], harmonics]).reshape(k.size, -1)
     pairs = np.concatenate([right.real, right.imag], axis=1)
     found, *_ = np.linalg.lstsq(columns, pairs, rcond=1e-15)
     off = np.abs(columns @ found - pairs).max(axis=1) / np.abs(right).max()

@@ -18,7 +18,6 @@ from varcontact.errors import SceneError
 from varcontact.scene.given_bodies import Numbers
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
-from varcontact.scene.surfaces import SampledDistance
 from varcontact.system.process import lazy_property
 from varcontact.transports import HERE, Stencil
 

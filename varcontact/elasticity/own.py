@@ -325,8 +325,8 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
 
     @property
     def grounded(self) -> bool:
-        """True of influence numbers, which are displacements as they are, and of bodies that rest on
-        bases; those of others by a symbol count from a depth in line contact.
+        """True of influence numbers, which are displacements as they are, and of bodies on bases at
+        rest; those of others by a symbol count from a depth in line contact.
         """
         return self.symbol is None or self._fitted.at_rest
 

@@ -52,7 +52,7 @@ TimesK = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Periodic:
-    """A medium that repeats, with a grid (ny, nx) as its period; along y only where `rows_repeat`."""
+    """A medium with a grid (ny, nx) as its period along x, and where `rows_repeat` along y."""
 
     flat: Repeating
     shape: tuple[int, int]

@@ -16,7 +16,6 @@ import numpy as np
 from varcontact.errors import PlausibilityWarning
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
-from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
