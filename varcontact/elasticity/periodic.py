@@ -132,9 +132,9 @@ def _numbers(
     total[:, 0] = 0.0
     numbers = np.fft.irfft2(np.moveaxis(total, -1, 0), (rows, nx))
     # the mean over x is that of strips along x
-    offsets = np.arange(rows)
-    offsets = np.where(offsets > rows // 2, offsets - rows, offsets) * dy
-    strips = _strips_along_x(medium.flat, offsets, dy, names)
+    offset = np.arange(rows)
+    signed = np.where(offset > rows // 2, offset - rows, offset)
+    strips = _strips_along_x(medium.flat, signed * dy, dy, names)
     return np.asarray(numbers + strips[..., None] / nx)
 
 
@@ -196,7 +196,9 @@ def _isotropic(symbols: np.ndarray, theta: np.ndarray, names: tuple[str, ...]) -
     alpha, kappa, gamma, beta = symbols
     along = {"x": np.cos(theta), "y": np.sin(theta)}
     f = np.zeros((theta.size, len(names)), complex)
-    for place, (i, j) in enumerate(names):
+    for place, name in enumerate(names):
+        i = name[0]
+        j = name[1]
         if i == j == "z":
             f[:, place] = gamma
         elif i == "z":

@@ -171,7 +171,9 @@ class _Strips:
         -Re F ln(|x|/depth)/pi - Im F sgn(x)/2,
         Re F (K - int_0^(pi/2) (1 - exp(-b |x| s))/s dt)/pi - Im F sgn(x) int_0^(b |x|) K_0/pi,
 
-    ``K = ln(2 b depth) + gamma``: ``int sin(k x)/sqrt(k^2 + b^2) dk = int exp(-b x s) dt``.
+    as ``int sin(k x)/sqrt(k^2 + b^2) dk = int exp(-b x s) dt``. The level K makes displacements
+    vanish on the surface at the depth; that of bodies at rest, ``ln(2 b depth) + gamma``, at
+    infinity.
     """
 
     symbol: FourierSymbol
@@ -210,7 +212,10 @@ class _Strips:
         """Integrals (places, poles) of the even part, by Re F."""
         b = self.symbol.poles.array
         nodes, weights = _sines()
-        levels = np.log(2 * b * self.depth) + np.euler_gamma
+        if self.symbol.at_rest:
+            levels = np.log(2 * b * self.depth) + np.euler_gamma
+        else:
+            levels = -(np.expm1(-np.multiply.outer(b * self.depth, nodes)) / nodes) @ weights
         total = np.multiply.outer(places, levels)
         for place, x in enumerate(places):
             z = np.multiply.outer(b * x, nodes)
