@@ -224,10 +224,16 @@ class _Strips:
 
 
 def _odd_of_poles(places: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Integrals (places, poles) of the odd part, by Im F."""
+    """Integrals (places, poles) of the odd part, by Im F: ``int_0^z K_0`` by Struve functions,
+    pi/2 where the rest is below rounding.
+    """
     z = np.multiply.outer(places, b)
-    integral = special.iti0k0(z)[1]
-    inner = np.where(z > 0, 1 - z * special.k1(np.where(z > 0, z, 1.0)), 0.0)
+    near = np.clip(z, 1e-300, 40.0)
+    k0 = special.k0(near)
+    k1 = special.k1(near)
+    below = special.modstruve(1, near) + 2 / np.pi
+    integral = np.pi / 2 * near * (k0 * below + k1 * special.modstruve(0, near))
+    inner = 1 - near * k1
     return np.asarray((inner / b - places[:, None] * integral) / np.pi)
 
 
