@@ -21,6 +21,14 @@ def fields_of(spectrum: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
     return np.asarray(fft.irfft(rows, box[1], axis=-1)[..., : shape[1]])
 
 
+def repeated(
+    box: tuple[int, int], shape: tuple[int, int], period: tuple[bool, bool]
+) -> tuple[int, int]:
+    """Lengths of transforms: those of a box, and of the shape along axes that repeat."""
+    rows, columns = np.where(period, shape, box).tolist()
+    return rows, columns
+
+
 def wrapped(
     numbers: np.ndarray, box: tuple[int, int], period: tuple[bool, bool] = (False, False)
 ) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
-from varcontact.elasticity.fft_products import fft_box, fields_of, spectrum_of, wrapped
+from varcontact.elasticity.fft_products import fft_box, fields_of, repeated, spectrum_of, wrapped
 from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.transports import DIFFERENCES, HERE, Stencil
@@ -262,11 +262,7 @@ class GridOperator:
     @property
     def _box(self) -> tuple[int, int]:
         """Lengths of transforms: padded, but along axes that repeat."""
-        rows, columns = fft_box(*self.shape)
-        return (
-            self.shape[0] if self.period[0] else rows,
-            self.shape[1] if self.period[1] else columns,
-        )
+        return repeated(fft_box(*self.shape), self.shape, self.period)
 
     @lazy_property
     def _single_symbol(self) -> np.ndarray:

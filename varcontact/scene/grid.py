@@ -300,8 +300,10 @@ class Grid(
     def _like(self, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> Grid:
         """A lattice with the same edge; in line contact without rows."""
         if self.line:
-            tractions: Tractions = "linear" if self.linear else "constant"
-            return Grid(nx=nx, dx=dx, x0=x0, edge=self.edge, tractions=tractions)
+            line = Grid(nx=nx, dx=dx, x0=x0, edge=self.edge)
+            if self.linear:
+                return replace(line, tractions="linear")
+            return line
         return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0, edge=self.edge)
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from varcontact.elasticity.fft_products import fields_of, spectrum_of, wrapped
+from varcontact.elasticity.fft_products import fields_of, repeated, spectrum_of, wrapped
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.system.process import lazy_property
 
@@ -39,14 +39,6 @@ def fast_box(rows: int, columns: int) -> tuple[int, int]:
     from scipy.fft import next_fast_len
 
     return next_fast_len(rows), next_fast_len(columns, real=True)
-
-
-def repeated(
-    box: tuple[int, int], shape: tuple[int, int], period: tuple[bool, bool]
-) -> tuple[int, int]:
-    """Lengths of transforms: those of a box, and of the shape along axes that repeat."""
-    lengths = [own if each else wide for own, wide, each in zip(shape, box, period, strict=True)]
-    return lengths[0], lengths[1]
 
 
 def symmetric_product(symbol: np.ndarray, transform: np.ndarray) -> np.ndarray:
@@ -191,9 +183,12 @@ class Circulant:
         x = np.arange(-(nx - 1), nx)
         y = np.arange(-(ny - 1), ny)
         causal = np.exp(-self.rolling * np.log(CAUSAL) * x / columns)
-        along_y = np.ones(y.size) if period[0] else parzen(y / rows)
-        along_x = causal if period[1] else parzen(x / columns) * causal
-        window = along_y[:, None] * along_x
+        window = np.outer(parzen(y / rows), parzen(x / columns))
+        if period[0]:
+            window[:] = parzen(x / columns)
+        if period[1]:
+            window[:] = window[:, nx - 1 : nx]
+        window *= causal
         numbers = kernel.numbers * window.astype(np.float32)
         self.symbol = spectrum_of(wrapped(numbers, self._box, period), self._box)
 
