@@ -29,6 +29,7 @@ GROUPS = (
     "splitting",
     "solvers",
     "gradients",
+    "bodies",
 )
 
 

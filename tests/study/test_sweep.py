@@ -19,6 +19,7 @@ import pytest
 import xarray as xr
 
 import varcontact as vc
+from tests.study import test_own_bodies as own_bodies
 from varcontact.io.records import INDEX_MARK, record_type
 
 ROOT = Path(__file__).parents[2]
@@ -189,6 +190,12 @@ def test_all_executors_give_the_same_bytes(scene, alone, client, tmp_path):
     vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=tmp_path / "cluster.nc")
     same = {file.stem: file.read_bytes() == expected for file in tmp_path.iterdir()}
     assert same == {"processes": True, "threads": True, "cluster": True}
+
+
+def test_a_cluster_carries_own_bodies(client):
+    own = own_bodies.scene(own_bodies.BODIES["symbol"])
+    found = vc.sweep(own, own_bodies.OVER, executor=client.get_executor())
+    assert found.identical(vc.sweep(own, own_bodies.OVER))
 
 
 def test_a_worker_of_the_cluster_dies(scene, alone, client, tmp_path):
