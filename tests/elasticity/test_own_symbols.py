@@ -231,6 +231,26 @@ def test_local_compliances_are_springs():
     assert np.abs(added).max() < 1e-12
 
 
+def test_a_thin_compressible_sheet_is_springs_on_the_half_space():
+    """``h/G`` along the surface, ``h (1 - 2 nu)/(2 G (1 - nu))`` across, to first order of h."""
+    h, G, nu = 0.004, 0.02, 0.3
+    tangential = h / G
+    across = tangential * (1 - 2 * nu) / (2 * (1 - nu))
+    layer = vc.Layered([vc.Layer(h=h, G=G, nu=nu)], base=(1.0, 0.3))
+    springs = np.diag([tangential, tangential, across])
+    sheet = vc.Elasticity(
+        symbol=lambda kx, ky: half_spaces(kx, ky) / 2 + springs,
+        local=(tangential, tangential, across),
+    )
+    found, expected = (
+        vc.solve(scene(bodies, 16, 0.02, normal_force=5e-4)) for bodies in (sheet, (layer, "rigid"))
+    )
+    largest = expected.pressure.max()
+    np.testing.assert_allclose(found.pressure, expected.pressure, atol=0.03 * largest)
+    bare = vc.solve(scene(vc.Bodies(G=2.0, nu=0.3), 16, 0.02, normal_force=5e-4))
+    assert bare.pressure.max() > 1.3 * largest
+
+
 # ----------------------------------------------------------------------------- crystals
 
 

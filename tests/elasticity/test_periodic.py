@@ -35,15 +35,19 @@ def cosines(n, force, bodies=STEEL, tractions="constant", **changes):
     )
 
 
+def westergaard(x, mean):
+    """Pressure of half-spaces with cosines of the period 1 and of the amplitude."""
+    square_of_edge = mean / (np.pi * AMPLITUDE)
+    inside = np.maximum(square_of_edge - np.sin(np.pi * x) ** 2, 0.0)
+    return 2 * mean * np.cos(np.pi * x) / square_of_edge * np.sqrt(inside)
+
+
 @pytest.mark.parametrize("tractions", ["constant", "trigonometric"])
 @pytest.mark.parametrize("half_width", [0.1, 0.25, 0.4])
 def test_westergaard(tractions, half_width):
     mean = np.pi * AMPLITUDE * np.sin(np.pi * half_width) ** 2
     found = vc.solve(cosines(128, mean, tractions=tractions))
-    square_of_edge = np.sin(np.pi * half_width) ** 2
-    x = found.grid.x
-    inside = np.maximum(square_of_edge - np.sin(np.pi * x) ** 2, 0.0)
-    exact = 2 * mean * np.cos(np.pi * x) / square_of_edge * np.sqrt(inside)
+    exact = westergaard(found.grid.x, mean)
     assert found.pressure.max() == pytest.approx(exact.max(), rel=2e-3)
     off = np.sqrt(np.mean((found.pressure[0] - exact) ** 2))
     assert off < 5e-3 * exact.max()
@@ -78,6 +82,11 @@ def test_tangential_forces_superpose_pressures():
     loads = [vc.solve(cosines(96, share * force)).pressure for share in (1.0, 0.5)]
     expected = -friction * (loads[0] - loads[1])
     np.testing.assert_allclose(found.traction[0], expected, atol=1e-8 * loads[0].max())
+    # in closed form, with Westergaard's pressures
+    x = found.grid.x
+    exact = -friction * (westergaard(x, force) - westergaard(x, 0.5 * force))
+    off = np.sqrt(np.mean((found.traction[0, 0] - exact) ** 2))
+    assert off < 1e-2 * np.abs(exact).max()
     assert np.max(found.certificate.force_bound) < 1e-9
 
 
