@@ -50,11 +50,16 @@ def heat_before(start: Solution | None) -> list[Heat]:
     return [heat] * math.ceil(2 + start.grid.nx * start.grid.sides[0] / heat.rolled)
 
 
+def heat_matters(scene: Scene) -> bool:
+    """True where friction depends on the heat of the steps before."""
+    return scene.warm
+
+
 def heat_so_far(scene: Scene, start: Solution | None, steps: Iterable[Heat]) -> list[Heat]:
     """Heat of the start and of the first steps of a history; none where friction does not depend
     on it.
     """
-    if not scene.warm:
+    if not heat_matters(scene):
         return []
     return [*heat_before(start), *steps]
 

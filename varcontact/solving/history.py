@@ -11,7 +11,7 @@ import numpy as np
 from varcontact.checks import file_name
 from varcontact.discrete.contact_grid import PotentialContact, common_grid
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-from varcontact.results.history import History, heat_of, heat_so_far
+from varcontact.results.history import History, heat_matters, heat_of, heat_so_far
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -72,7 +72,7 @@ def _solved(
     stepping = time_stepping(scene, history.grid, solver)
     start = stepping.start()
     before = start if len(history) == 0 else history[-1]
-    warm = scene.warm
+    keeps_heat = heat_matters(scene)
     heated = heat_so_far(scene, start, map(heat_of, history))
 
     def tell_stage(stage: str) -> None:
@@ -83,7 +83,7 @@ def _solved(
             progress(f"{len(history)} of {count} steps")
             before = stepping.step(k, before, heated, tell_stage if solver.continuum else None)
             keep(k, before)
-            if warm:
+            if keeps_heat:
                 heated.append(heat_of(before))
         except VarcontactError as error:
             raise error.in_step(k, history) from error.__cause__

@@ -58,9 +58,9 @@ def gradient(solution: WheelRailSolution, output: Any, by: Any) -> xr.Dataset:
     import xarray as xr
 
     case = solution.case
-    if case.conformal is True or not (case.track.constant and case.wheelset.constant):
+    if case.curved or not (case.track.constant and case.wheelset.constant):
         allowed = "planes, and profiles that do not vary: others have no gradient"
-        raise SceneError("conformal", case.conformal, allowed)
+        raise case.not_in_planes(allowed)
     outputs = dict(output_of(each) for each in _listed(output))
     wheel = _DifferentiableWheel.of(solution, list(outputs.values()))
     variables: dict[str, Any] = {"value": (("output", "patch"), wheel.values)}

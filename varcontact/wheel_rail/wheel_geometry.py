@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self, cast
 
 import numpy as np
 
@@ -388,6 +388,10 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
                 allowed = "left out of an estimate: fast theories have none here"
                 raise SceneError(name, "given", allowed)
 
+    def not_in_planes(self, allowed: str) -> SceneError:
+        """The error of what is for contacts in planes alone."""
+        return SceneError("conformal", self.conformal, allowed)
+
     def check_in_steps(self, field: str) -> None:
         """Refuse what steps of a history do not have."""
         refused = {
@@ -400,7 +404,8 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
                 allowed = "left out: a history has patches in planes, and no temperatures"
                 raise SceneError(f"{field}.{name}", True, allowed)
         rails = self.track.rails
-        if len({id(profile) for rail in rails for profile in rail.profiles}) > 1:
+        profiles = [cast(tuple[object, ...], rail.profiles) for rail in rails]
+        if len({id(profile) for along in profiles for profile in along}) > 1:
             raise SceneError(f"{field}.track", len(rails), "of one profile along the rail")
 
     def _friction(
