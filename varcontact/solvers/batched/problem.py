@@ -42,8 +42,8 @@ def side_by_side(fields: Sequence[np.ndarray]) -> np.ndarray:
     shape = np.max([each.shape for each in fields], axis=0)
     together = np.zeros((*shape, len(fields)))
     for j, own in enumerate(fields):
-        own_elements = tuple(slice(size) for size in own.shape)
-        together[(*own_elements, j)] = own
+        place: tuple[slice | int, ...] = (*(slice(size) for size in own.shape), j)
+        together[place] = own
     return together
 
 
