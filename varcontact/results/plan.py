@@ -28,6 +28,9 @@ ACTIVE_SETS: dict[Kind, str] = {"normal": "norm", "tangential": "tang-safeguarde
 POLISHED_TOL = 1e-9
 """Residual at which a polished answer is not improved any more."""
 
+AT_ONCE = ("newton", "splitting")
+"""Couplings in which one solver finds pressure and tractions together."""
+
 Begin = Literal["given", "only given", "last", "best", "none"]
 """Where an attempt begins: at the start that is given, if one is; at that one, or it is not made;
 at the last answer; at the best one; on its own."""
@@ -171,7 +174,7 @@ class Plan(Reported):
         "no-slip" where it is linear.
     coupling : str
         "none" for quasi-identical bodies and without friction, else "johnson",
-        "panagiotopoulos", "joint" or "newton".
+        "panagiotopoulos", "joint", "newton" or "splitting".
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or
         "marching"; "none" without one.
@@ -321,7 +324,12 @@ class Plan(Reported):
     @property
     def loops(self) -> bool:
         """True where pressure and tractions are solved for in passes, until both stay."""
-        return self.coupling in ("panagiotopoulos", "joint", "newton")
+        return self.coupling in ("panagiotopoulos", "joint", *AT_ONCE)
+
+    @property
+    def at_once(self) -> bool:
+        """True where one solver finds pressure and tractions together, before any passes."""
+        return self.coupling in AT_ONCE
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints

@@ -30,9 +30,9 @@ from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solving.coupling import (
     Limits,
     OuterIteration,
-    coupled_newton,
     distance,
     fixed_point,
+    together,
 )
 from varcontact.solving.pipeline import check_memory, solve_problem
 
@@ -409,14 +409,14 @@ def _coupled(
     4.5.
     """
     plan = solver.plan
-    if plan.coupling == "newton":
+    if plan.at_once:
         if not np.any(start.traction):
             start = solver.traction(disc, start)
-        check_memory("coupled", registry.solver("tangential", "newton"), "none", 3 * disc.grid.size)
+        spec = registry.solver("tangential", plan.coupling)
+        check_memory("coupled", spec, "none", 3 * disc.grid.size)
+        settings = Settings(tol, stats=solver.stats, deadline=solver.deadline)
         with solver.stats.stage("both"):
-            disc, start = coupled_newton(
-                disc, start, Settings(tol, stats=solver.stats, deadline=solver.deadline)
-            )
+            disc, start = together(disc, start, plan.coupling, settings)
     if plan.coupling == "joint":
         state = solver.block_descent(disc, start)
     else:

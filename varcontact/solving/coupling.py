@@ -1,5 +1,5 @@
 """Pressure and tractions that depend on each other, friction on slip: passes
-until a field stays, or Newton's method.
+until a field stays, or one solver for both.
 
 A fixed point that is approached slowly, or not at all, is accelerated by
 Anderson's method. Source: D. G. Anderson, J. ACM 12 (1965) 547-560.
@@ -227,22 +227,23 @@ def distance(values: np.ndarray, other: np.ndarray) -> float:
     return difference / max(size, difference * np.finfo(float).eps, np.finfo(float).tiny)
 
 
-def coupled_newton(
-    disc: Discretisation, state: ContactState, settings: Settings
+def together(
+    disc: Discretisation, state: ContactState, solver: str, settings: Settings
 ) -> tuple[Discretisation, ContactState]:
-    """Pressure and tractions by one Newton's method, from tractions under a pressure; as they were
-    where it fails.
+    """Pressure and tractions by "newton" or "splitting" for both at once, from tractions under a
+    pressure; as they were where these fail.
 
-    Where tractions bear a part of the normal force, the approach is then given.
+    Where tractions bear a part of the normal force, the approach is then given; splitting lets
+    pressures alone bear it.
     """
-    from varcontact.solvers.newton.coupled import newton_coupled
-
     tangential = disc.tangential_problem(state.pressure)
     if tangential.size == 0 or not np.any(state.traction):
         return disc, state
     directions = list(tangential.directions)
     force_prescribed = disc.loading.normal_force is not None
-    in_normal_force = _in_normal_force(disc)
+    in_normal_force = None
+    if solver == "newton":
+        in_normal_force = _in_normal_force(disc)
     mixed = in_normal_force is not None
 
     def state_of(raw: RawSolution) -> ContactState:
@@ -267,9 +268,9 @@ def coupled_newton(
     level = -state.approach if force_prescribed else 0.0
     fields = np.concatenate([state.pressure[None], state.traction[directions]])
     start = RawSolution(fields, np.concatenate([[level], state.rigid[directions]]), 0, "start")
-    with settings.stats.called("newton"):
-        raw = newton_coupled(problem, settings, start, residual)
-        settings.stats.iterated("newton", raw.iterations)
+    with settings.stats.called(solver):
+        raw = _solver_of_both(solver)(problem, settings, start, residual)
+        settings.stats.iterated(solver, raw.iterations)
 
     # kept where they are better
     iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
@@ -291,6 +292,17 @@ def _in_normal_force(disc: Discretisation) -> np.ndarray | None:
     if disc.loading.normal_force is None or disc.sought(by_slip=True):
         return None
     return disc.in_normal_force
+
+
+def _solver_of_both(name: str) -> Callable[..., RawSolution]:
+    """The solver of pressure and tractions together, imported when it is called for."""
+    if name == "newton":
+        from varcontact.solvers.newton.coupled import newton_coupled
+
+        return newton_coupled
+    from varcontact.solvers.splitting.coupled import splitting_coupled
+
+    return splitting_coupled
 
 
 def _coupled_problem(

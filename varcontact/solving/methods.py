@@ -12,7 +12,7 @@ from varcontact.solvers import registry
 from varcontact.solving.own_solvers import solver_name
 from varcontact.theories.on_grid import THEORIES
 
-CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton"]
+CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton", "splitting"]
 """Loops around both problems."""
 FormulationName = Literal["auto", "complementary", "potential", "gap", "marching"]
 """Formulations of the programs."""
@@ -84,7 +84,7 @@ class Methods(
     normal, tangential : str
         Solvers of the two problems, or a theory, see docs/methods.md; or a function, as
         `register_solver` takes it, which becomes its name.
-    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
+    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton", "splitting"}
         Coupling of the two problems where the bodies differ.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
         The programs.

@@ -234,9 +234,9 @@ def _same_contact(
     before: Solution | InitialGuess | None, solver: ContactSolver, disc: Discretisation
 ) -> TypeGuard[Solution | InitialGuess]:
     """True if the pressure and the tractions before can be a start together: on the same grid,
-    where Newton's method has both.
+    where one solver has both.
     """
-    if before is None or solver.plan.coupling != "newton" or disc.sought(by_slip=True):
+    if before is None or not solver.plan.at_once or disc.sought(by_slip=True):
         return False
     return before.grid == disc.grid and bool(np.any(before.traction))
 

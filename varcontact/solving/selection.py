@@ -11,7 +11,7 @@ from varcontact.checks import kind
 from varcontact.discrete.contact_grid import PotentialContact, check_loads
 from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
-from varcontact.results.plan import Plan
+from varcontact.results.plan import AT_ONCE, Plan
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import why_centres
 from varcontact.scene.friction import FrictionBound
@@ -210,6 +210,8 @@ def _preset(scene: Scene, requested: Methods) -> Preset:
         return PRESETS["conic"]  # only programs have one
     if requested.coupling == "newton":
         return NEWTON
+    if requested.coupling == "splitting":
+        return PRESETS["convex"]
     if scene.hardens and not scene.coupled:
         return NEWTON_TRACTIONS  # others take many passes over the yield stress
     return _preset_by_size(scene, requested)
@@ -322,17 +324,23 @@ def _coupling(scene: Scene, requested: Methods, plan: Plan) -> tuple[str, str]:
     if coupling == "joint":
         together = "pressure and tractions together, with only the traction bound fixed in a pass"
         return coupling, f"requested: {together}"
-    by_newton = coupling == "newton"
-    if coupling == "auto":
-        by_newton = not _why_not_coupled_newton(scene, requested, plan)
-    if by_newton:
+    both = plan.tangential
+    if (
+        coupling == "auto"
+        and both in AT_ONCE
+        and not _why_not_at_once(both, scene, requested, plan)
+    ):
+        coupling = both
+    if coupling in AT_ONCE:
         together = "pressure and tractions together; falls back to alternating passes"
-        return "newton", f"{unlike}: {together}"
+        return coupling, f"{unlike}: {together}"
     return "panagiotopoulos", f"{unlike}: alternating normal and tangential problems"
 
 
-def _why_not_coupled_newton(scene: Scene, requested: Methods, plan: Plan) -> str:
-    """Why Newton's method is not for pressure and tractions together; nothing where it is."""
+def _why_not_at_once(solver: str, scene: Scene, requested: Methods, plan: Plan) -> str:
+    """Why "newton" or "splitting" is not for pressure and tractions together; nothing where it
+    is.
+    """
     if scene.no_slip:
         return "infinite friction has no traction bound that follows the pressure"
     if any(isinstance(friction, FrictionBound) for friction in scene.frictions):
@@ -342,11 +350,9 @@ def _why_not_coupled_newton(scene: Scene, requested: Methods, plan: Plan) -> str
     if requested.formulation == "marching" and isinstance(scene.motion, Steady):
         return "a march solves its steps in turn"
     solvers = {"normal": plan.normal, "tangential": plan.tangential}
-    others = [
-        f'{problem} = "{solver}"' for problem, solver in solvers.items() if solver != "newton"
-    ]
+    others = [f'{problem} = "{name}"' for problem, name in solvers.items() if name != solver]
     if others:
-        return f'it needs "newton" for both problems, not {" and ".join(others)}'
+        return f'it needs "{solver}" for both problems, not {" and ".join(others)}'
     return ""
 
 
@@ -380,10 +386,10 @@ def _check_methods(scene: Scene, requested: Methods, plan: Plan) -> None:
     if plan.method != "auto":
         _check_belongs("normal", requested.normal, plan.method)
         _check_belongs("tangential", requested.tangential, plan.method)
-    if requested.coupling == plan.coupling == "newton":
-        why = _why_not_coupled_newton(scene, requested, plan)
+    if plan.at_once and requested.coupling == plan.coupling:
+        why = _why_not_at_once(plan.coupling, scene, requested, plan)
         if why:
-            raise SceneError("coupling", "newton", f'"panagiotopoulos": {why}')
+            raise SceneError("coupling", plan.coupling, f'"panagiotopoulos": {why}')
     if requested.formulation == "marching" and isinstance(scene.motion, Steady):
         difference = scene.motion.slip_difference
         if difference != "first-order":

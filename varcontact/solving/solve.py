@@ -104,12 +104,12 @@ def solve(
         approximate theory: "fastsim", "fastsim-elliptic" (in time, too),
         "linear", "vermeulen-johnson"; or "table", exact forces interpolated; or
         a solver of your own, as for `normal`.
-    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
+    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton", "splitting"}
         Coupling of the normal and the tangential problem where the bodies
         differ (K != 0). "johnson": one pass; "panagiotopoulos": both problems
         in turn; "joint": pressure and tractions together with only the traction
-        bound fixed; "newton": both at once by Newton's method without a matrix,
-        and in turn where that fails.
+        bound fixed; "newton", "splitting": both at once by that method, without
+        a matrix, and in turn where it fails.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
         The programs: by complementary energy (215), by potential energy (214),
         by the duality gap; or, in steady rolling, transient steps until nothing
@@ -118,7 +118,9 @@ def solve(
     method : {"auto", "convex", "conic", "active-set", "kalker"}
         The overall method; `normal` and `tangential` refine it. "convex": the
         convex problems by splitting, without a matrix and at any size, which is
-        proved to converge (docs/proofs.md). "conic": the QP of pressures by
+        proved to converge (docs/proofs.md); of unlike bodies the coupling
+        "splitting" finds both at once, so that each is the answer of its convex
+        problem with the other's fields, which no theorem promises. "conic": the QP of pressures by
         Clarabel or OSQP and the second-order-cone program of tractions by
         Clarabel, for unlike bodies in Panagiotopoulos's loop, each answer
         refined by splitting. "active-set": NORM and the safeguarded TANG, and

@@ -25,12 +25,18 @@ import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.interface import Settings, check_time
-from varcontact.solvers.newton.driver import NOISE_DOUBLE, ROUNDED, GridConditions, GridProblem
+from varcontact.solvers.newton.driver import (
+    NOISE_DOUBLE,
+    ROUNDED,
+    GridConditions,
+    GridProblem,
+    Problem,
+)
 from varcontact.solvers.newton.globalisation import Point
 from varcontact.solvers.newton.normal import scaled_normal
 from varcontact.solvers.newton.tangential import scaled_tangential
 from varcontact.solvers.splitting.anderson import Extrapolation
-from varcontact.solvers.splitting.inequality import Inequality, Iterate
+from varcontact.solvers.splitting.inequality import FixedPoint, Inequality, Iterate
 
 CONTRACTION = 1.5
 """Factor a of the contractions: any between 0 and 2 contracts."""
@@ -85,7 +91,6 @@ def solve(problem: GridProblem[Any], settings: Settings, start: RawSolution | No
     it.
     """
     symmetric = problem.problem.symmetric
-    tol = ROUNDED * settings.tol
     # the first point, and the step gamma for the share of elements that stick there
     count = 0
     if start is not None and start.finite:
@@ -97,15 +102,29 @@ def solve(problem: GridProblem[Any], settings: Settings, start: RawSolution | No
     iterate = inequality.start(first)
     if first.noise > NOISE_DOUBLE:
         iterate = inequality.in_double_precision(iterate)
-    # rounds to a goal, which is smaller where the certificate's judgement differs
+    return judged(problem, inequality, iterate, settings, count)
+
+
+def judged(
+    problem: Problem[Any],
+    fixed_point: FixedPoint,
+    start: Iterate,
+    settings: Settings,
+    count: int = 0,
+) -> RawSolution:
+    """Rounds to a goal, which is smaller where the certificate's judgement differs, after so many
+    others.
+    """
+    tol = ROUNDED * settings.tol
     goal = tol
+    iterate = start
     status = "MaxRounds"
-    follow = _follower(problem, inequality, settings)
+    follow = _follower(problem, fixed_point, settings)
     for _ in range(JUDGEMENTS_MAX):
-        run = rounds(inequality, iterate, goal, settings, ROUNDS_MAX, follow)
+        run = rounds(fixed_point, iterate, goal, settings, ROUNDS_MAX, follow)
         iterate = run.best
         count += run.count
-        point = inequality.point(iterate)
+        point = fixed_point.point(iterate)
         point = replace(point, shift=problem.shift(point.traction, point.rigid))
         error = problem.error(point)
         if error <= tol:
@@ -125,13 +144,13 @@ def _ignored(iterate: Iterate) -> None:
 
 
 def _follower(
-    problem: GridProblem[Any], inequality: Inequality, settings: Settings
+    problem: Problem[Any], fixed_point: FixedPoint, settings: Settings
 ) -> Callable[[Iterate], None]:
     """The function that records iterates on the finest grid."""
     if not settings.stats.traces:
         return _ignored
     follow = problem.follower(settings.stats)
-    return lambda iterate: follow(inequality.point(iterate))
+    return lambda iterate: follow(fixed_point.point(iterate))
 
 
 def _from_coarse_grids(
@@ -163,7 +182,7 @@ class Run:
 
 
 def rounds(
-    inequality: Inequality,
+    fixed_point: FixedPoint,
     start: Iterate,
     goal: float,
     settings: Settings,
@@ -172,6 +191,8 @@ def rounds(
 ) -> Run:
     """Candidates of the extrapolation, and contractions where these gain nothing, until a residual
     is below the goal.
+
+    Only an inequality has contractions; rounds of others end there.
     """
     extrapolation = Extrapolation(start.u.size)
     now = start
@@ -182,16 +203,16 @@ def rounds(
     while count < most:
         check_time(settings.deadline)
         # the end, judged in double precision
-        residual = inequality.residual(now)
+        residual = fixed_point.residual(now)
         follow(now)
-        settings.stats.tell(f"{inequality.words}, round {count}, residual {residual:.1e}")
+        settings.stats.tell(f"{fixed_point.words}, round {count}, residual {residual:.1e}")
         if residual <= goal and now.noise > 0:
-            now = inequality.in_double_precision(now)
-            residual = inequality.residual(now)
+            now = fixed_point.in_double_precision(now)
+            residual = fixed_point.residual(now)
         if residual <= goal:
             return Run(now, count, True)
         # a candidate, and whether it is a record
-        now = _candidate(inequality, now, extrapolation, residual)
+        now = _candidate(fixed_point, now, extrapolation, residual)
         count += 1
         idle += 1
         best = min(best, now, key=_size)
@@ -200,10 +221,12 @@ def rounds(
             idle = 0
         # where candidates gain nothing, contractions from the best point
         if idle > PATIENCE or not now.size <= ASTRAY * record:
+            if not isinstance(fixed_point, Inequality):
+                break
             extrapolation.forget()
             if best.noise > 0:
-                best = inequality.in_double_precision(best)
-            now, contractions = _contracted(inequality, best, goal, settings, most - count)
+                best = fixed_point.in_double_precision(best)
+            now, contractions = _contracted(fixed_point, best, goal, settings, most - count)
             count += contractions
             idle = 0
             best = min(best, now, key=_size)
@@ -217,22 +240,22 @@ def _size(at: Iterate) -> float:
 
 
 def _candidate(
-    inequality: Inequality, now: Iterate, extrapolation: Extrapolation, residual: float
+    fixed_point: FixedPoint, now: Iterate, extrapolation: Extrapolation, residual: float
 ) -> Iterate:
     """The extrapolation of ``u - Q e``, Q the circulant near ``(I + gamma M)^-1``; its product in
     single precision where that is enough.
     """
-    step = -inequality.inverse(now.error)
+    step = -fixed_point.inverse(now.error)
     u = extrapolation.next_point(now.u, step)
     change = u - now.u
     largest = float(np.abs(now.projection).max()) + np.finfo(float).tiny
     noise = now.noise + NOISE_SINGLE * float(np.abs(change).max()) / largest
-    if noise <= NOISE_PART * residual * min(inequality.gamma, 1.0):
-        image = now.image + inequality.product.apply(change.astype(np.float32))
-        candidate = inequality.iterate(u, image, now.multipliers, noise)
-        if noise <= inequality.residual(candidate):
+    if noise <= NOISE_PART * residual * fixed_point.least_gamma:
+        image = now.image + fixed_point.product.apply(change.astype(np.float32))
+        candidate = fixed_point.iterate(u, image, now.multipliers, noise)
+        if noise <= fixed_point.residual(candidate):
             return candidate
-    return inequality.iterate(u, inequality.product.apply(u), now.multipliers)
+    return fixed_point.iterate(u, fixed_point.product.apply(u), now.multipliers)
 
 
 def _contracted(

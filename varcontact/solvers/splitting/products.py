@@ -23,6 +23,10 @@ CIRCULANTS_KEPT = 4
 """Circulants that influence numbers keep."""
 
 
+Gamma = float | tuple[float, ...]
+"""A step gamma, of all components or of each."""
+
+
 class Product(Protocol):
     """M on a box of elements."""
 
@@ -75,9 +79,9 @@ class Influence:
     def _symbol(self) -> np.ndarray:
         return spectrum_of(wrapped(self.table, self._box), self._box)
 
-    def circulant(self, gamma: float) -> Circulant:
+    def circulant(self, gamma: Gamma) -> Circulant:
         """The circulant for a step gamma; the last few are remembered."""
-        kept: dict[float, Circulant] = self.__dict__.setdefault("_circulants", {})
+        kept: dict[Gamma, Circulant] = self.__dict__.setdefault("_circulants", {})
         if gamma not in kept:
             kept[gamma] = Circulant(self.table, gamma)
             for oldest in list(kept)[:-CIRCULANTS_KEPT]:
@@ -167,7 +171,7 @@ class Circulant:
     inverse.
     """
 
-    def __init__(self, table: np.ndarray, gamma: float) -> None:
+    def __init__(self, table: np.ndarray, gamma: Gamma) -> None:
         ny = (table.shape[2] + 1) // 2
         nx = (table.shape[3] + 1) // 2
         self._box = fast_box(int(np.ceil(WIDER * ny)), int(np.ceil(WIDER * nx)))
@@ -177,10 +181,13 @@ class Circulant:
         windowed = table * (along_y[:, None] * along_x)
         symbol = spectrum_of(wrapped(windowed, self._box), self._box)
         matrices = np.moveaxis(symbol, (0, 1), (-2, -1))
-        inverse = np.linalg.inv(np.eye(len(symbol)) + gamma * matrices)
-        metric = inverse @ np.conj(inverse.swapaxes(-1, -2))
-        self._inverse = _single(inverse)
-        self._metric = _single(metric)
+        scaled = np.reshape(gamma, (-1, 1)) * matrices
+        self._inverses = np.linalg.inv(np.eye(len(symbol)) + scaled).astype(np.complex64)
+        self._inverse = _by_components(self._inverses)
+
+    @lazy_property
+    def _metric(self) -> np.ndarray:
+        return _by_components(self._inverses @ np.conj(self._inverses.swapaxes(-1, -2)))
 
     def inverse(self, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
         """Nearly ``(I + gamma M)^-1`` times a field, on the elements in contact."""
@@ -199,7 +206,6 @@ class Circulant:
         return np.asarray(image * (contact * largest))
 
 
-def _single(matrices: np.ndarray) -> np.ndarray:
-    """Matrices by wave number (..., c, c) as a symbol (c, c, ...), complex64."""
-    symbol = np.moveaxis(matrices, (-2, -1), (0, 1))
-    return np.ascontiguousarray(symbol).astype(np.complex64)
+def _by_components(matrices: np.ndarray) -> np.ndarray:
+    """Matrices by wave number (..., c, c) as a symbol (c, c, ...)."""
+    return np.ascontiguousarray(np.moveaxis(matrices, (-2, -1), (0, 1)))
