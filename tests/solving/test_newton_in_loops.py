@@ -49,7 +49,8 @@ def check_same(one, other):
     assert one.certificate.residual <= 1e-8
 
 
-def test_both_together_where_passes_converge_slowly():
+@pytest.mark.parametrize("coupling", ["newton", "splitting"])
+def test_both_together_where_passes_converge_slowly(coupling):
     """K = 0.5, f = 2, half of what friction can carry: 40 passes, and those only with
     acceleration.
     """
@@ -61,13 +62,14 @@ def test_both_together_where_passes_converge_slowly():
         friction=2.0,
         motion=vc.Steady(Fx=-1e-3),
     )
-    found, dense = vc.solve(scene, coupling="newton"), vc.solve(scene, **DENSE)
+    found, dense = vc.solve(scene, coupling=coupling), vc.solve(scene, **DENSE)
     check_same(found, dense)
     assert (len(found.passes), len(dense.passes) > 20) == (1, True)
 
 
 @pytest.mark.parametrize("failing", ["nothing", "no number", "far away"])
-def test_where_both_together_fail_passes_go_on(monkeypatch, failing):
+@pytest.mark.parametrize("coupling", ["newton", "splitting"])
+def test_where_both_together_fail_passes_go_on(monkeypatch, coupling, failing):
     wrong = {"nothing": 0.0, "no number": np.nan, "far away": 3.0}[failing]
 
     def failed(problem, settings, start, residual):
@@ -75,8 +77,9 @@ def test_where_both_together_fail_passes_go_on(monkeypatch, failing):
             start, traction=wrong * start.traction, solved=False, status="MaxIterations"
         )
 
-    monkeypatch.setattr("varcontact.solvers.newton.coupled.newton_coupled", failed)
-    sol = vc.solve(ball(), coupling="newton")
+    module = f"varcontact.solvers.{coupling}.coupled"
+    monkeypatch.setattr(f"{module}.{coupling}_coupled", failed)
+    sol = vc.solve(ball(), coupling=coupling)
     check_same(sol, vc.solve(ball(), **DENSE))
     assert len(sol.passes) > 3
 

@@ -409,18 +409,21 @@ def _coupled(
     4.5.
     """
     plan = solver.plan
+    state = start
+    residual = np.inf
     if plan.at_once:
         if not np.any(start.traction):
-            start = solver.traction(disc, start)
+            state = solver.traction(disc, state)
         spec = registry.solver("tangential", plan.coupling)
         check_memory("coupled", spec, "none", 3 * disc.grid.size)
         settings = Settings(tol, stats=solver.stats, deadline=solver.deadline)
         with solver.stats.stage("both"):
-            disc, start = together(disc, start, plan.coupling, settings)
+            disc, state = together(disc, state, plan.coupling, settings)
+        residual = max(residuals(disc, state))
     if plan.coupling == "joint":
-        state = solver.block_descent(disc, start)
-    else:
-        state = solver.traction(disc, start)
+        state = solver.block_descent(disc, state)
+    elif not residual <= tol:
+        state = solver.traction(disc, state)
     if not plan.loops:
         return state
 
@@ -432,7 +435,8 @@ def _coupled(
         after = solver.traction(disc, solver.pressure(disc, state))
         return after, max(residuals(disc, after))
 
-    residual = max(residuals(disc, state))
+    if not residual <= tol:
+        residual = max(residuals(disc, state))
     if plan.coupling == "joint":
         limits = Limits(tol, within={"pressure": (0.0, np.inf)})
         return fixed_point(joint_pass, state, residual, ("pressure",), limits)

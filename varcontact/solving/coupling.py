@@ -279,7 +279,13 @@ def together(
         better = not mixed and residual(raw) < max(residuals(disc, state))
     if not better:
         return disc, replace(state, iterations=iterations)
-    state = replace(state_of(raw), iterations=iterations)
+    state = replace(
+        state_of(raw),
+        iterations=iterations,
+        status={**state.status, "tangential": raw.status},
+        solved={**state.solved, "tangential": raw.solved},
+        solved_by={**state.solved_by, "tangential": solver},
+    )
     if mixed:
         disc = disc.at_approach(state.approach)
     return disc, state

@@ -58,10 +58,6 @@ class CoupledProduct:
         scaled = field * self.load.astype(field.dtype)
         return self.operator.apply(scaled) / self.displacement.astype(field.dtype)
 
-    def transposed(self, field: np.ndarray) -> np.ndarray:
-        scaled = field / self.displacement.astype(field.dtype)
-        return self.operator.transposed.apply(scaled) * self.load.astype(field.dtype)
-
 
 class QuasiInequality(FixedPoint):
     """The fixed point of pressure and tractions, with a step gamma for each."""

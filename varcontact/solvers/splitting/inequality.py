@@ -17,6 +17,7 @@ from varcontact.solvers.newton.driver import GridConditions, GridProblem
 from varcontact.solvers.newton.globalisation import Conditions, Point
 from varcontact.solvers.newton.kernel import unit
 from varcontact.solvers.splitting.products import (
+    Applied,
     Circulant,
     Influence,
     OfOperator,
@@ -72,7 +73,7 @@ class FixedPoint(ABC):
     groups: tuple[slice, ...] = (slice(None),)
     """Components whose residuals are relative to their own largest traction."""
 
-    def __init__(self, conditions: Conditions, product: Product) -> None:
+    def __init__(self, conditions: Conditions, product: Applied) -> None:
         self.conditions = conditions
         self.product = product
 
@@ -138,6 +139,7 @@ class Inequality(FixedPoint):
     """The inequality with its step gamma, and the circulants that belong to it."""
 
     conditions: GridConditions
+    product: Product
     gamma: float
 
     def __init__(

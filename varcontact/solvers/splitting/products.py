@@ -27,11 +27,15 @@ Gamma = float | tuple[float, ...]
 """A step gamma, of all components or of each."""
 
 
-class Product(Protocol):
+class Applied(Protocol):
     """M on a box of elements."""
 
     def apply(self, field: np.ndarray) -> np.ndarray:
         """M times a field."""
+
+
+class Product(Applied, Protocol):
+    """M and its transpose."""
 
     def transposed(self, field: np.ndarray) -> np.ndarray:
         """The transpose of M times a field."""

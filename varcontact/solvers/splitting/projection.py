@@ -120,6 +120,8 @@ class PrescribedSums:
             newer = self.at(at.multipliers + part * step)
             if abs(float(newer.excess @ step)) <= SUM_GAIN * slope:
                 return newer
+            if self.nearly(at):
+                break
             part /= 2
         return None
 
