@@ -79,9 +79,10 @@ def test_conic_solvers(rolling, name, reports):
         assert told.objective[-1] == pytest.approx(float(own.objective[-1]), abs=1e-8)
 
 
-def test_both_at_once_and_passes(rolling):
+@pytest.mark.parametrize("coupling", ["newton", "splitting"])
+def test_both_at_once_and_passes(rolling, coupling):
     unlike = rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=0.28), grid=GRID)
-    trace = vc.solve(unlike, coupling="newton", trace=True).trace
+    trace = vc.solve(unlike, coupling=coupling, trace=True).trace
     both = of(trace, "both")
     assert both.residual[0] > 1e-6 > both.residual[-1]
     passes = vc.solve(unlike, normal="norm", tangential="tang", trace=True).trace

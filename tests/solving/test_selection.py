@@ -62,9 +62,10 @@ def test_newton_for_both_is_refused_with_the_reason(rolling, changes, choices, w
     assert words in str(refused.value)
 
 
-def test_newton_for_both_brings_its_solvers_along(rolling):
-    plan = vc.plan(rolling(bodies=UNLIKE), coupling="newton")
-    assert (plan.normal, plan.tangential, plan.coupling) == ("newton", "newton", "newton")
+@pytest.mark.parametrize("solver", ["newton", "splitting"])
+def test_a_solver_for_both_brings_its_own_along(rolling, solver):
+    plan = vc.plan(rolling(bodies=UNLIKE), coupling=solver)
+    assert (plan.normal, plan.tangential, plan.coupling) == (solver, solver, solver)
     assert (
         "pressure and tractions together; falls back to alternating passes"
         in plan.reasons["coupling"]
