@@ -6,6 +6,7 @@ the whole. Tables are made of all runs that are kept, and are kept after a quick
 
 from collections.abc import Callable
 from functools import partial
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -82,12 +83,30 @@ def means(group: str, comparison: vc.SolverComparison) -> Table:
         row: list[object] = [code(solver)]
         for tol in TOLS:
             cell = part.loc[(solver, tol)]
-            row += [float(cell["mean"]), f"{cell['solved']} of {cell['problems']}"]
+            row += [float(cell["mean"]), f"{cell['solved']:.0f} of {cell['problems']:.0f}"]
         rows.append(row)
     head = ["solver"]
     for tol in TOLS:
         head += [f"s, to {tol:g}", "solved"]
     return Table(head, ["", *[".2g", ""] * 3], rows)
+
+
+def main(quick: bool) -> Table:
+    """Means of active sets, Newton's method and splitting by group, on all problems."""
+    problems = vc.benchmark_problems(quick=quick)
+    comparison = vc.benchmark_solvers(MAIN_SOLVERS, problems, tols=TOLS, store=STORE)
+    summary = comparison.summary().set_index(["group", "solver", "tol"])
+    rows = []
+    for group, solver in product(GROUPS, MAIN_SOLVERS):
+        row: list[object] = [group, code(solver)]
+        for tol in TOLS:
+            cell = summary.loc[(group, solver, tol)]
+            row += [float(cell["mean"]), f"{cell['solved']:.0f} of {cell['problems']:.0f}"]
+        rows.append(row)
+    head = ["problems", "solver"]
+    for tol in TOLS:
+        head += [f"s, to {tol:g}", "solved"]
+    return Table(head, ["", "", *[".2g", ""] * 3], rows)
 
 
 def profiles(comparison: vc.SolverComparison) -> Table:
@@ -134,6 +153,7 @@ def _least(row: dict[str, float], solvers: tuple[str, ...]) -> float | str:
 
 
 TABLES = {
+    "main": main,
     "pressures": partial(kept, "pressures", partial(means, "pressures")),
     "shifts": partial(kept, "shifts", partial(means, "shifts")),
     "rolling": partial(kept, "rolling", partial(means, "rolling")),
