@@ -13,6 +13,7 @@ from tests.benchmarks.table import Table, least
 from tests.random_scenes import KINDS, scenes
 from varcontact.data.benchmark_scenes import unlike_bank
 from varcontact.results.quantities_of_interest import units, values
+from varcontact.solving.given_pressure import without_friction
 
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 CELLS, IN_LINE = (72, 108, 162), (454, 681, 1022)
@@ -184,4 +185,36 @@ def conic(quick: bool) -> Table:
     return Table(head, ["", ".0e", ".0e", "{:.2g}, {:.2g}"], rows)
 
 
-TABLES = {"random": random, "second_order": second_order, "conic": conic}
+def steps(quick: bool) -> Table:
+    """Residuals of Clarabel's own tractions of the scenes of both banks, to 1e-12, by the part of
+    the way to the boundary of the cones that a step may go.
+    """
+    import clarabel
+
+    bank = vc.standard_bank(12) | unlike_bank(12)
+    programs = [_tangential(bank[name]) for name in (FOUR if quick else bank)]
+    rows = []
+    for fraction in (0.99, 0.75):
+        options = clarabel.DefaultSettings()
+        options.verbose = False
+        options.max_threads = 1
+        options.max_step_fraction = fraction
+        options.tol_gap_abs = options.tol_gap_rel = options.tol_feas = 1e-12
+        residuals = []
+        for each in programs:
+            answer = clarabel.DefaultSolver(*each.to("clarabel"), options).solve()
+            residuals.append(each.solution(answer.x, answer.z).certificate.tangential_residual)
+        below = sum(residual <= 1e-8 for residual in residuals)
+        median = float(np.median(residuals))
+        rows.append([str(fraction), f"{below} of {len(programs)}", median, max(residuals)])
+    head = ["`max_step_fraction`", "below 1e-8", "median residual", "largest"]
+    return Table(head, ["", "", ".0e", ".0e"], rows)
+
+
+def _tangential(scene: vc.Scene) -> vc.Program:
+    """The program of the tractions under the pressure without them."""
+    pressed = vc.solve(without_friction(scene), certify="none", tol=1e-12)
+    return vc.program(replace(scene, grid=pressed.grid), "tangential", pressure=pressed.pressure)
+
+
+TABLES = {"random": random, "second_order": second_order, "conic": conic, "steps": steps}

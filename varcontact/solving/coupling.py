@@ -241,9 +241,7 @@ def together(
         return disc, state
     directions = list(tangential.directions)
     force_prescribed = disc.loading.normal_force is not None
-    in_normal_force = None
-    if solver == "newton":
-        in_normal_force = _in_normal_force(disc)
+    in_normal_force = _in_normal_force(disc, solver)
     mixed = in_normal_force is not None
 
     def state_of(raw: RawSolution) -> ContactState:
@@ -291,11 +289,11 @@ def together(
     return disc, state
 
 
-def _in_normal_force(disc: Discretisation) -> np.ndarray | None:
+def _in_normal_force(disc: Discretisation, solver: str) -> np.ndarray | None:
     """Parts of tractions and pressures in a prescribed normal force, (3, ny, nx); None where
-    pressures alone bear it, or with fields that follow from slip.
+    pressures alone bear it, as by splitting, or with fields that follow from slip.
     """
-    if disc.loading.normal_force is None or disc.sought(by_slip=True):
+    if solver != "newton" or disc.loading.normal_force is None or disc.sought(by_slip=True):
         return None
     return disc.in_normal_force
 

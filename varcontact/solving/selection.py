@@ -386,15 +386,21 @@ def _check_methods(scene: Scene, requested: Methods, plan: Plan) -> None:
     if plan.method != "auto":
         _check_belongs("normal", requested.normal, plan.method)
         _check_belongs("tangential", requested.tangential, plan.method)
-    if plan.at_once and requested.coupling == plan.coupling:
-        why = _why_not_at_once(plan.coupling, scene, requested, plan)
-        if why:
-            raise SceneError("coupling", plan.coupling, f'"panagiotopoulos": {why}')
+    _check_at_once(scene, requested, plan)
     if requested.formulation == "marching" and isinstance(scene.motion, Steady):
         difference = scene.motion.slip_difference
         if difference != "first-order":
             allowed = f'"auto" or "gap" with motion.slip_difference = "{difference}"'
             raise SceneError("formulation", "marching", allowed)
+
+
+def _check_at_once(scene: Scene, requested: Methods, plan: Plan) -> None:
+    """Refuse a solver for pressure and tractions together that cannot treat the scene."""
+    if not plan.at_once or requested.coupling != plan.coupling:
+        return
+    why = _why_not_at_once(plan.coupling, scene, requested, plan)
+    if why:
+        raise SceneError("coupling", plan.coupling, f'"panagiotopoulos": {why}')
 
 
 def _check_edge(scene: Scene, plan: Plan) -> None:
