@@ -10,6 +10,7 @@ min(2/d^2, side/d^3)``.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -292,7 +293,7 @@ class _Steps:
         side = high - low
         share = (middle - low) / side
         own = np.maximum(-share * np.log(share), -(1 - share) * np.log(1 - share))
-        touching = 1 / np.e + own / (4 * share * (1 - share))
+        touching = 1 / math.e + own / (4 * share * (1 - share))
         return cls(side**2 / 4, cubic_remainder(low, middle, high), touching * side)
 
 
