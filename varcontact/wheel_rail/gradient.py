@@ -152,7 +152,7 @@ class _DifferentiableWheel:
         if name == "rail":
             profile = case.track.profile
         found = np.zeros((*self.values.shape, profile.y.size))
-        for k in np.flatnonzero(self._near_patches(profile, name)):
+        for k in np.flatnonzero(self._near_patches(profile, name)).tolist():
             found[..., k] = self._bearing_load(partial(_with_point, case, name, k), LENGTH_STEP)
         return found
 
