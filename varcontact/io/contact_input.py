@@ -383,7 +383,7 @@ class _Case:
         theory = self.controls["MATER"] in (2, 3, 5)
         if ipotcn >= -3:
             return bound == 3 and not theory
-        allowed = (2, 3)
+        allowed: tuple[int, ...] = (2, 3)
         if ipotcn == -6:
             allowed = (4,)
         if bound not in allowed or self.controls["NORM"] == 0 or theory:

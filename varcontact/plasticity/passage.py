@@ -323,7 +323,7 @@ def _convolved(tables: np.ndarray, load: np.ndarray) -> np.ndarray:
     total = np.zeros((5, *spectrum.shape[1:]), dtype=complex)
     along_x = np.add.outer(ALONG_X[0], ALONG_X[1]) % 2
     along_y = np.add.outer(ALONG_Y[0], ALONG_Y[1]) % 2
-    acting = load.any(axis=(1, 2))
+    acting = np.asarray(load.any(axis=(1, 2)))
     for odd_y in range(2):
         for odd_x in range(2):
             chosen = (along_y == odd_y) & (along_x == odd_x) & acting[:, None]

@@ -249,7 +249,7 @@ class PointProof:
         values = np.moveaxis(np.array(layers), 1, -1)
         dx, dy = grid.sides
         x = grid.x[0] + dx * np.arange(-beyond, grid.nx + beyond)
-        y = grid.y[0] + dy * np.arange(-beyond, grid.ny + beyond)
+        y = grid.y[0] + dy * np.arange(-beyond, grid.rows + beyond)
         # first samples of the small cells
         small = np.arange(0, 2 * SURFACE_PARTS, 2)
         across, along = (each.ravel() for each in np.meshgrid(small, small, indexing="ij"))

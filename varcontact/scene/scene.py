@@ -412,6 +412,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         of_steps = self.motion.friction
         if not isinstance(of_steps, Sequence):
             return [of_steps]
+        different: dict[int, float | np.ndarray | Law | FrictionBound | None]
         different = {id(friction): friction for friction in of_steps}
         if id(None) in different:
             different[id(None)] = self.friction

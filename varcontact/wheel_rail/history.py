@@ -296,7 +296,7 @@ class _WheelInTime(WheelGeometry):
         names = ("vx", "vy", "spin")
         if self.rolled == 0:
             names = ("ux", "uy", "rotation")
-        rigid = dict(zip(names, (creepage.vx, creepage.vy, creepage.spin), strict=True))
+        rigid: dict[str, Any] = dict(zip(names, (creepage.vx, creepage.vy, creepage.spin), strict=True))
         motion = Transient(steps=1, dq=[self.rolled], start=start, **rigid)
         return replace(patch, scene=replace(scene, motion=motion, **wider))
 
@@ -398,7 +398,7 @@ def _start(left: Sequence[_Left], lattice: Grid, grid: Grid, scene: Scene) -> So
         return np.asarray(fresh_value + np.sum(parts, axis=0))
 
     names = ("traction", "pressure", "slip", "power_density", "state")
-    on_elements = {
+    on_elements: dict[str, Any] = {
         name: together([getattr(each.solution, name) for each in left]) for name in names
     }
     on_elements["state"] = on_elements["state"].round().astype(int)
