@@ -25,3 +25,14 @@ def test_balance_beside_a_jump_of_the_forces():
     found = replace(wheel_set(75), position=Position(y=4.9, yaw=3e-4)).estimate()
     assert found.imbalance < 1e-6
     assert 5.3 < found.position.y < 5.35
+
+
+@pytest.mark.slow
+def test_balance_beside_a_flange_that_begins_to_bear():
+    """A scan of 41 x 41 positions brackets it: y from -5.6 to -5.575 mm, yaw from -2.5 to -2 mrad;
+    at -5.6 mm the flange bears, and forces jump.
+    """
+    found = replace(wheel_set(106), position=Position(y=-5.1, yaw=-1.6e-3)).estimate()
+    assert found.imbalance < 1e-6
+    assert -5.6 < found.position.y < -5.575
+    assert -2.5e-3 < found.position.yaw < -2e-3

@@ -50,3 +50,18 @@ def test_a_jump_beside_the_root_leaves_a_point_in_its_bracket():
         return np.array([0.5 * (2.3 - x) - 0.8 * (y - 1.2) + jump, 1.7 - 0.7 * x - 2 * jump])
 
     assert last(functions, 2) == pytest.approx([2.43, 1.1], abs=0.4)
+
+
+def test_a_jump_within_a_side_does_not_hide_the_root():
+    """Between corners the first function jumps, so that it seems to vanish where the second has the
+    other sign; it vanishes at x = -.5 - .2 y, and the second there at y = .75.
+    """
+
+    def functions(point):
+        x, y = point
+        first = 10.0 if x < -0.8 else -0.1 * (x + 0.2 * y + 0.5)
+        return np.array([first, x + 0.65])
+
+    points = [point for point, _ in Lattice(functions, 400).brackets(2)]
+    assert points
+    assert points[0] == pytest.approx([-0.65, 0.75], abs=1e-2)

@@ -18,12 +18,16 @@ HALVINGS = 20
 """Times that a simplex around a root is cut in two."""
 HALVINGS_TO_ROOT = 4
 """Times after which the root of its linear functions is tried."""
+HALVINGS_OF_SIDE = 8
+"""Times that a side of a triangle is cut in two where both functions change their sign on it."""
 OUTSIDE = -0.3
 """Coordinate on a simplex from which a root of linear functions is none of the functions."""
 
 Point = tuple[float, ...]
 Nearest = tuple[int, np.ndarray, float]
 """The function that is not zero, 0 or 1, the point, and the value."""
+OnCurve = tuple[np.ndarray, float]
+"""A point at which the first function is zero, and the value of the second."""
 Functions = Callable[[Point], "np.ndarray | None"]
 
 
@@ -51,11 +55,13 @@ class Lattice:
         """Points that come ever nearer to a root; True with the last one: a root, or a jump across
         it.
         """
-        simplices = self._segments(axes)
-        if axes == 2:
-            simplices = self._triangles()
-        for simplex in simplices:
-            yield from self._within(simplex)
+        if axes == 1:
+            for segment in self._segments(axes):
+                yield from self._within(segment)
+            return
+        for triangle, on_curve in self._triangles():
+            yield on_curve, False
+            yield from self._within(triangle)
 
     def _segments(self, axes: int) -> Iterator[list[Point]]:
         """Neighbours between which the first function changes its sign: along each axis, the way
@@ -95,13 +101,13 @@ class Lattice:
             value = beyond
         return None
 
-    def _triangles(self) -> Iterator[list[Point]]:
+    def _triangles(self) -> Iterator[tuple[list[Point], np.ndarray]]:
         """Triangles in which both functions change their sign, along the curve on which the first
-        is zero.
+        is zero, and the point on the curve where the second is.
         """
         for segment in self._segments(2):
             positive, negative = sorted(segment, key=lambda point: -float(self._value(point)[0]))
-            second = self._on(positive, negative)
+            begin = self._on_curve(positive, negative)
             along = np.subtract(negative, positive)
             # the corners of both triangles at the segment
             low = np.minimum(positive, negative)
@@ -111,19 +117,20 @@ class Lattice:
             # positive end
             towards = corners[0] - positive
             left = along[0] * towards[1] - along[1] * towards[0] > 0
-            if left != (second > 0):
+            if left != (begin[1] > 0):
                 corners.reverse()
             for corner in corners:
-                triangle = self._along(positive, negative, tuple(corner.tolist()), second)
-                if triangle is not None:
-                    yield triangle
+                found = self._along(positive, negative, tuple(corner.tolist()), begin)
+                if found is not None:
+                    yield found
 
     def _along(
-        self, positive: Point, negative: Point, corner: Point, second: float
-    ) -> list[Point] | None:
+        self, positive: Point, negative: Point, corner: Point, begin: OnCurve
+    ) -> tuple[list[Point], np.ndarray] | None:
         """The first triangle, of those that follow each other, in which the second function changes
         its sign.
         """
+        last = begin
         for _ in range(self._reach):
             value = self.at(corner)
             if value is None:
@@ -136,20 +143,42 @@ class Lattice:
             else:
                 left = negative
                 negative = corner
-            if self._on(positive, negative) * second <= 0:
-                return triangle
+            point, second = self._on_curve(positive, negative)
+            if second * begin[1] <= 0:
+                part = last[1] / (last[1] - second)
+                return triangle, (1 - part) * last[0] + part * point
+            last = point, second
             # the next triangle is the mirror image at the middle of the side
             corner = tuple(a + b - c for a, b, c in zip(positive, negative, left, strict=True))
         return None
 
-    def _on(self, positive: Point, negative: Point) -> float:
-        """The second function between two points, where the first one is zero."""
-        begin = self._value(positive)
-        end = self._value(negative)
-        part = begin[0] / (begin[0] - end[0])
-        second = float((1 - part) * begin[1] + part * end[1])
-        self._note(1, (1 - part) * np.array(positive) + part * np.array(negative), second)
-        return second
+    def _on_curve(self, positive: Point, negative: Point) -> OnCurve:
+        """The point of a side at which the first function is zero, and the second one there."""
+        positive, negative = self._narrowed(positive, negative)
+        first = self._value(positive)
+        other = self._value(negative)
+        part = first[0] / (first[0] - other[0])
+        point = (1 - part) * np.array(positive) + part * np.array(negative)
+        second = float((1 - part) * first[1] + part * other[1])
+        self._note(1, point, second)
+        return point, second
+
+    def _narrowed(self, positive: Point, negative: Point) -> tuple[Point, Point]:
+        """The part of a side in which the first function changes its sign, and the second does not:
+        near a jump, where functions are far from linear, which sign it has would be a guess.
+        """
+        for _ in range(HALVINGS_OF_SIDE):
+            if self._value(positive)[1] * self._value(negative)[1] > 0:
+                break
+            middle = tuple(((np.array(positive) + negative) / 2).tolist())
+            value = self.at(middle)
+            if value is None:
+                break
+            if value[0] > 0:
+                positive = middle
+            else:
+                negative = middle
+        return positive, negative
 
     def _value(self, point: Point) -> np.ndarray:
         value = self.at(point)
