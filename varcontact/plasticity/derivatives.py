@@ -28,7 +28,7 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 DIRECTIONS = (60, 120)
-"""Directions of the hemisphere, by inclination and azimuth, at which kernels are looked at."""
+"""Directions of the hemisphere, by polar_angle and azimuth, at which kernels are looked at."""
 BETWEEN_DIRECTIONS = 1.01
 """What kernels may exceed these values by: tested with ten times as many."""
 TOUCHING = 1e-9
@@ -61,13 +61,13 @@ class KernelBounds:
 @lru_cache(maxsize=16)
 def kernel_bounds(nu: float) -> KernelBounds:
     """The bounds for a Poisson's ratio."""
-    inclination = np.linspace(0, np.pi / 2, DIRECTIONS[0])[:, None]
+    polar_angle = np.linspace(0, np.pi / 2, DIRECTIONS[0])[:, None]
     azimuth = np.linspace(0, 2 * np.pi, DIRECTIONS[1])[None, :]
     place = np.array(
         [
-            (np.sin(inclination) * np.cos(azimuth)).ravel(),
-            (np.sin(inclination) * np.sin(azimuth)).ravel(),
-            (np.cos(inclination) + 0 * azimuth).ravel(),
+            (np.sin(polar_angle) * np.cos(azimuth)).ravel(),
+            (np.sin(polar_angle) * np.sin(azimuth)).ravel(),
+            (np.cos(polar_angle) + 0 * azimuth).ravel(),
         ]
     )
     stress = _kernel(stress_matrix(nu))

@@ -296,7 +296,9 @@ class _WheelInTime(WheelGeometry):
         names = ("vx", "vy", "spin")
         if self.rolled == 0:
             names = ("ux", "uy", "rotation")
-        rigid: dict[str, Any] = dict(zip(names, (creepage.vx, creepage.vy, creepage.spin), strict=True))
+        rigid: dict[str, Any] = dict(
+            zip(names, (creepage.vx, creepage.vy, creepage.spin), strict=True)
+        )
         motion = Transient(steps=1, dq=[self.rolled], start=start, **rigid)
         return replace(patch, scene=replace(scene, motion=motion, **wider))
 
