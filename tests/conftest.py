@@ -17,7 +17,7 @@ from varcontact.elasticity.operators import Homogeneous
 from varcontact.solvers import interface
 from varcontact.solving import adaptive
 from varcontact.transports import HERE, Stencil
-from varcontact.wheel_rail import solve as wheels
+from varcontact.wheel_rail import solve_to_target as wheels
 from varcontact.wheel_rail import wheel_on_elements
 
 mpl.use("Agg")

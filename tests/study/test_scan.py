@@ -78,9 +78,9 @@ def test_each_begins_from_the_one_before(rolling):
 def test_a_scan_by_newton_makes_kernels_once(rolling, monkeypatch):
     made = []
 
-    def counted(numbers):
+    def counted(numbers, *period):
         made.append(numbers.shape)
-        return Kernel(numbers)
+        return Kernel(numbers, *period)
 
     monkeypatch.setattr("varcontact.solvers.newton.kernel.Kernel", counted)
     vc.scan(rolling(grid=vc.Grid(nx=25, ny=25)), CREEPAGES, tangential="newton")

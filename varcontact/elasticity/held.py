@@ -22,7 +22,7 @@ from varcontact.scene.bodies import Bodies, BodyPair, loaded_alone
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surface_load import LoadedBodies, SurfaceLoad, covered
-from varcontact.system.process import lazy_property
+from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.transports import HERE, Stencil
 
 COMPONENTS = "xyz"
@@ -198,6 +198,7 @@ def held_parts(scene: Scene, length: float) -> HeldParts:
     return HeldParts(tuple(bodies), tuple(rectangles))
 
 
+@one_blas_thread()
 def holding_loads(
     scene: Scene, length: float, others: Sequence[SurfaceLoad] = ()
 ) -> tuple[SurfaceLoad, ...]:
