@@ -112,7 +112,8 @@ def test_circle_without_friction():
 
 
 @pytest.mark.slow
-def test_programs_close_the_gap(sliding):
+def test_programs_close_the_gap():
+    sliding = ellipse(f=0.3, n=20)
     stages = []
     limit = vc.shakedown(sliding, 1.0, gap=0.025, progress=stages.append)
     assert limit.gap <= 0.025
