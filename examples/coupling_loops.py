@@ -104,12 +104,8 @@ def main(
     figure, axes = plt.subplots(3, 3, figsize=(9.5, 8.5), layout="constrained")
     for ax, ((motion, loop), table) in zip(axes.flat, tables.items(), strict=True):
         johnson = loop == "johnson"
-        draw(
-            ax,
-            table,
-            f"{motion}: " + ("residual after johnson" if johnson else f"passes of {loop}"),
-            johnson,
-        )
+        shown = "residual after johnson" if johnson else f"passes of {loop}"
+        draw(ax, table, f"{motion}:\n{shown}", johnson)
         failed = [key for key, entry in table.items() if not entry.converged and key[1] != 0]
         worst = max(entry.residual for entry in table.values())
         most = max(entry.passes for entry in table.values())
