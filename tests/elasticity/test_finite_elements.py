@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import skfem
 
 import varcontact as vc
-
-skfem = pytest.importorskip("skfem")
 
 
 @pytest.fixture(scope="module")

@@ -145,7 +145,7 @@ def _hertzian_surface(
     return Paraboloids(Rx=1 / (2 * positive("A1", first)), Ry=1 / (2 * positive("B1", second)))
 
 
-def pressed(case: CaseInput, bodies: Bodies) -> tuple[SampledDistance, Grid, float]:
+def prescribed_pressure(case: CaseInput, bodies: Bodies) -> tuple[SampledDistance, Grid, float]:
     """The distance under which contact has the pressure that B = 2, 3 or 4 prescribes, the elements
     of IPOTCN < 0, and the approach.
 

@@ -22,7 +22,7 @@ from varcontact.io.contact_elements import (
     elements_of,
     hertzian,
     mirrored,
-    pressed,
+    prescribed_pressure,
     ringed,
     sampled,
 )
@@ -366,7 +366,7 @@ class _Case:
             of = own[kept(self.given, "INFLCF", 1)]
             kind.refuse("IPOTCN", ipotcn, f"of {of} is not supported")
         if self._prescribes(ipotcn):
-            self.surface, self.grid, self.approach = pressed(self.given, self.bodies)
+            self.surface, self.grid, self.approach = prescribed_pressure(self.given, self.bodies)
             return
         if self._keeps_hertz(ipotcn):
             assert self.before is not None

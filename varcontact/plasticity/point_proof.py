@@ -336,7 +336,7 @@ class PointProof:
         bound = np.linalg.norm(largest, axis=-1).max(axis=(1, 2, 3))
         # closer control points where these are too far away
         over = np.isfinite(bound) & (bound > aim) & (size > aim / (1 + TOLERANCE))
-        bound[over] = _closer(points[over], missed[over])
+        bound[over] = _bounds_by_halves(points[over], missed[over])
         peak = np.linalg.norm(total, axis=-1).max(axis=(1, 2, 3))
         return replace(boxes, bound=bound, axis=axis, peak=peak)
 
@@ -475,7 +475,7 @@ def _along_first(values: np.ndarray) -> np.ndarray:
     return np.stack([first, 2 * middle - (first + last) / 2, last], axis=1)
 
 
-def _closer(points: np.ndarray, missed: np.ndarray) -> np.ndarray:
+def _bounds_by_halves(points: np.ndarray, missed: np.ndarray) -> np.ndarray:
     """Bounds (n,) by control points of halves and quarters of the boxes."""
     for _ in range(2):
         for axis in (1, 2, 3):

@@ -18,8 +18,8 @@ from varcontact.wheel_rail.patches import joined, tangent_of
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
-Way = Callable[[WheelOnRail, WheelRailSolution | None], WheelRailSolution]
-"""A way in which a wheel is solved, from a solution near it."""
+WheelSolver = Callable[[WheelOnRail, WheelRailSolution | None], WheelRailSolution]
+"""Solves a wheel, from a solution near it."""
 CREEP_MAX = 0.03
 """Creepages between which a longitudinal force is sought."""
 CREEP_TOL = 1e-8
@@ -72,7 +72,7 @@ def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
             yield WheelRun(case, reason=f"goes on from case {case.before.number}, not solved")
             continue
         try:
-            solution = _solved(case, _way(case, solved))
+            solution = _solved(case, _wheel_solver(case, solved))
             _check_angles(case, solution)
             stresses = _stresses_below(case, solution)
         except VarcontactError as error:
@@ -92,8 +92,8 @@ def _stresses_below(case: WheelCase, solution: WheelRailSolution) -> tuple[dict[
     return tuple(found)
 
 
-def _way(case: WheelCase, solved: Mapping[int, WheelRailSolution]) -> Way:
-    """The way in which wheels of a case are solved: in steady rolling, or as a step in time."""
+def _wheel_solver(case: WheelCase, solved: Mapping[int, WheelRailSolution]) -> WheelSolver:
+    """The solver of the wheels of a case: in steady rolling, or of a step in time."""
     rolled = case.rolled
     if rolled is None:
         return lambda wheel, near: wheel.solve(certify="none", start=near)
@@ -108,17 +108,17 @@ def _way(case: WheelCase, solved: Mapping[int, WheelRailSolution]) -> Way:
     return in_time
 
 
-def _solved(case: WheelCase, way: Way) -> WheelRailSolution:
+def _solved(case: WheelCase, solver: WheelSolver) -> WheelRailSolution:
     """The wheel of a case, with the motion or the place of the rail that gives its forces."""
     wheel = case.wheel
     assert wheel is not None
     if case.longitudinal_force is not None:
-        return _with_pitch_rate(wheel, way, _along_wheel_set, "FX", case.longitudinal_force)
+        return _with_pitch_rate(wheel, solver, _along_wheel_set, "FX", case.longitudinal_force)
     if case.axle_moment is not None:
-        return _with_pitch_rate(wheel, way, _about_axle, "MY", case.axle_moment)
+        return _with_pitch_rate(wheel, solver, _about_axle, "MY", case.axle_moment)
     if case.springs is not None:
-        return _on_springs(wheel, way, case.springs)
-    return way(wheel, None)
+        return _on_springs(wheel, solver, case.springs)
+    return solver(wheel, None)
 
 
 def _along_wheel_set(solution: WheelRailSolution) -> float:
@@ -133,7 +133,7 @@ def _about_axle(solution: WheelRailSolution) -> float:
 
 def _with_pitch_rate(
     wheel: WheelOnRail,
-    way: Way,
+    solver: WheelSolver,
     quantity: Callable[[WheelRailSolution], float],
     name: str,
     goal: float,
@@ -143,7 +143,7 @@ def _with_pitch_rate(
 
     def solved(creep: float, near: WheelRailSolution | None) -> WheelRailSolution:
         velocity = replace(wheel.velocity, pitch_rate=rolling * (1 + creep))
-        return way(replace(wheel, velocity=velocity), near)
+        return solver(replace(wheel, velocity=velocity), near)
 
     def excess(creep: float, solution: WheelRailSolution) -> float:
         return quantity(solution) - goal
@@ -154,7 +154,7 @@ def _with_pitch_rate(
     return search.root(-CREEP_MAX, CREEP_MAX, CREEP_TOL)
 
 
-def _on_springs(wheel: WheelOnRail, way: Way, springs: RailSprings) -> WheelRailSolution:
+def _on_springs(wheel: WheelOnRail, solver: WheelSolver, springs: RailSprings) -> WheelRailSolution:
     """A wheel, with the deflection at which the springs carry the forces on the rail.
 
     The force of the springs is the preload less stiffness times deflection.
@@ -164,7 +164,7 @@ def _on_springs(wheel: WheelOnRail, way: Way, springs: RailSprings) -> WheelRail
 
     def solved(deflection: float, near: WheelRailSolution | None) -> WheelRailSolution:
         moved = _with_rail_moved(wheel, deflection, 0.0)
-        return _on_vertical_spring(moved, way, springs, near)
+        return _on_vertical_spring(moved, solver, springs, near)
 
     def excess(deflection: float, solution: WheelRailSolution) -> float:
         return float(solution.force[1]) + preload - stiffness * deflection
@@ -182,7 +182,7 @@ def _on_springs(wheel: WheelOnRail, way: Way, springs: RailSprings) -> WheelRail
 
 
 def _on_vertical_spring(
-    wheel: WheelOnRail, way: Way, springs: RailSprings, near: WheelRailSolution | None
+    wheel: WheelOnRail, solver: WheelSolver, springs: RailSprings, near: WheelRailSolution | None
 ) -> WheelRailSolution:
     """A wheel with the vertical deflection of its rail."""
     _, stiffness = springs.stiffness
@@ -191,7 +191,7 @@ def _on_vertical_spring(
         lowered = 0.0
         if stiffness > 0:
             lowered = (wheel.vertical_force + preload) / stiffness
-        return way(_with_rail_moved(wheel, 0.0, lowered), near)
+        return solver(_with_rail_moved(wheel, 0.0, lowered), near)
     assert wheel.z is not None
     highest = preload / stiffness
     touching = wheel.z - wheel.touching
@@ -199,7 +199,7 @@ def _on_vertical_spring(
         raise NoContact("z", wheel.z, f"more than {wheel.touching + highest:.6g} mm")
 
     def solved(deflection: float, near: WheelRailSolution | None) -> WheelRailSolution:
-        return way(_with_rail_moved(wheel, 0.0, deflection), near)
+        return solver(_with_rail_moved(wheel, 0.0, deflection), near)
 
     def excess(deflection: float, solution: WheelRailSolution) -> float:
         return float(solution.force[2]) + preload - stiffness * deflection

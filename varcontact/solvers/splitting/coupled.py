@@ -22,7 +22,7 @@ from varcontact.solvers.newton.coupled import CoupledConditions, CoupledProblem,
 from varcontact.solvers.newton.driver import NOISE_DOUBLE
 from varcontact.solvers.newton.globalisation import Point
 from varcontact.solvers.splitting.inequality import GAMMA_SLIDING, FixedPoint, tangential_gamma
-from varcontact.solvers.splitting.method import judged
+from varcontact.solvers.splitting.method import rounds_to_goal
 from varcontact.solvers.splitting.products import Circulant
 from varcontact.solvers.splitting.projection import projected
 from varcontact.system.process import lazy_property
@@ -43,7 +43,7 @@ def splitting_coupled(
     rigid = np.reshape(start.rigid, (-1, 1, 1)) / scaled.displacement
     at = Point(traction, scaled.shift(traction, rigid), rigid, NOISE_DOUBLE)
     inequality = QuasiInequality(scaled, at)
-    return judged(scaled, inequality, inequality.start(at), settings)
+    return rounds_to_goal(scaled, inequality, inequality.start(at), settings)
 
 
 @dataclass(frozen=True, eq=False)

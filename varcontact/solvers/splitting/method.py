@@ -102,10 +102,10 @@ def solve(problem: GridProblem[Any], settings: Settings, start: RawSolution | No
     iterate = inequality.start(first)
     if first.noise > NOISE_DOUBLE:
         iterate = inequality.in_double_precision(iterate)
-    return judged(problem, inequality, iterate, settings, count)
+    return rounds_to_goal(problem, inequality, iterate, settings, count)
 
 
-def judged(
+def rounds_to_goal(
     problem: Problem[Any],
     fixed_point: FixedPoint,
     start: Iterate,
