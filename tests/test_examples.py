@@ -1,6 +1,7 @@
 """Every example runs as it is, and is held to a number."""
 
 import importlib.util
+import inspect
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,8 @@ def ran(tmp_path, capsys):
         printed = capsys.readouterr().out
         assert words in printed
         if options == gallery.SMALLER.get(name, {}):  # the site need not run it again
+            named = inspect.signature(script(name).main).parameters["picture"].default
+            assert named in (None, picture.name)  # pages find it by the name of the example
             gallery.Example(EXAMPLES / f"{name}.py").work(MADE).leave(printed, [picture])
         return found
 
