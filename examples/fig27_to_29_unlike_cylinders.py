@@ -79,7 +79,9 @@ def draw(row: list[Axes], sol: vc.Solution, title: str) -> None:
     row[1].set_title(f"slip, $v_x$ = {sol.creepage[0]:.4f}", fontsize="medium")
 
 
-def main(picture: str = "fig27_to_29_unlike_cylinders.png", cells: int = 200) -> dict[str, vc.Solution]:
+def main(
+    picture: str = "fig27_to_29_unlike_cylinders.png", cells: int = 200
+) -> dict[str, vc.Solution]:
     """Solve, draw and print; the solutions by figure."""
     cases = {
         "Fig. 27, free rolling": solved(ELASTIC_ON_RIGID, 0.0, cells),
