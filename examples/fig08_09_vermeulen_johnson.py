@@ -1,5 +1,4 @@
-"""Kalker's Figs. 8 and 9: stick, slip and creep forces by Vermeulen and Johnson, and by the exact
-theory.
+"""Kalker's Figs. 8 and 9: Vermeulen and Johnson's stick area and forces beside the exact ones.
 
 Left, Fig. 8: the ellipse of stick that Vermeulen and Johnson assume touches the contact at its
 foremost point; the exact stick area reaches the whole leading edge. Right, Fig. 9: their own line,
