@@ -125,7 +125,7 @@ def draw(history: vc.History, distances: tuple[int, ...], sign: bool) -> Figure:
         )
         draw_areas(areas, sol)
         areas.set(
-            title=f"$F_x$ = {sol.force[0]:.4f}",
+            title=f"$F_x$ = {sol.force[0]:z.4f}",
             xlabel="x",
             ylabel="",
             xlim=(-4.5, 4.5),
