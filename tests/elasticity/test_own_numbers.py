@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.elasticity.of_scenes import medium_of
+from varcontact.elasticity.of_scenes import medium_of, medium_on
 from varcontact.scene.grid import Grid
 
 N = 10
@@ -28,6 +28,14 @@ def table(bodies, nx=N + 3, ny=N, line=False):
 
 def kernel(bodies, **changes):
     return vc.Elasticity(kernel=table(bodies, **changes), sides=(SIDE, SIDE))
+
+
+def by_row(bodies):
+    """The same numbers between all rows."""
+    of_offset = table(bodies)
+    rows = np.arange(N)
+    numbers = of_offset[:, :, rows[:, None] - rows + N - 1]
+    return vc.Elasticity(kernel=numbers, sides=(SIDE, SIDE))
 
 
 def matrices(bodies):
@@ -67,7 +75,8 @@ MOTIONS = [
 
 @pytest.mark.parametrize(
     ("make", "motion"),
-    [(kernel, motion) for motion in MOTIONS] + [(matrix, motion) for motion in MOTIONS[:-1]],
+    [(make, motion) for make in (kernel, by_row) for motion in MOTIONS]
+    + [(matrix, motion) for motion in MOTIONS[:-1]],
 )
 @pytest.mark.parametrize("known", [ALIKE, UNLIKE], ids=["alike", "unlike"])
 def test_half_spaces_by_their_numbers_are_half_spaces(make, known, motion):
@@ -91,7 +100,7 @@ def test_half_spaces_by_their_numbers_are_half_spaces(make, known, motion):
 
 
 @pytest.mark.parametrize("name", ["tang-safeguarded", "newton", "clarabel", "splitting"])
-@pytest.mark.parametrize("make", [kernel, matrix])
+@pytest.mark.parametrize("make", [kernel, by_row, matrix])
 def test_solvers_agree(make, name):
     rolling = scene(make(ALIKE), friction=0.3, motion=vc.Steady(vx=5e-3, spin=0.01))
     expected = vc.solve(replace(rolling, bodies=ALIKE))
@@ -138,6 +147,60 @@ def test_pressures_alone():
         scene(own, friction=0.3, motion=vc.Shift(ux=1e-3))
 
 
+def test_a_curved_surface_by_its_rows():
+    """Numbers that depend on both rows, of a surface whose curvature varies (conformal)."""
+    angles = 0.2 * np.sin(np.linspace(-1.0, 1.4, N))
+    curved = scene(ALIKE, normal_force=None, approach=8e-3, friction=0.3, motion=vc.Steady(vx=5e-3))
+    curved = replace(curved, surface=vc.SampledDistance(curved.surface.samples, inclination=angles))
+    lattice = vc.Grid(nx=N + 1, ny=N, dx=SIDE, dy=SIDE, x0=0.0, y0=curved.grid.y0)
+    operator = medium_on(curved, lattice, 1.0, None, None).operator(lattice, "xyz", "xyz")
+    numbers = np.empty((3, 3, N, N, 2 * N + 1))
+    # from the first column to all, and from the last one back
+    for column, part in ((0, slice(N, None)), (N, slice(None, N + 1))):
+        loaded = np.arange(N) * (N + 1) + column
+        block = operator.dense(np.arange(lattice.size), loaded).reshape(3, N, N + 1, 3, N)
+        numbers[..., part] = np.einsum("iaxjb->ijabx", block)
+    own = vc.Elasticity(kernel=numbers / ALIKE.combined_G, sides=(SIDE, SIDE))
+    plane = vc.SampledDistance(curved.surface.samples)
+    found = vc.solve(replace(curved, bodies=own, surface=plane))
+    expected = vc.solve(curved)
+    largest = expected.pressure.max()
+    np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-9 * largest)
+    np.testing.assert_allclose(found.traction, expected.traction, atol=1e-9 * largest)
+    assert np.abs(found.traction[1]).max() > 1e-3 * largest
+    assert found.certificate.residual < 1e-9
+    with pytest.raises(vc.SceneError, match="curvature and layers in their numbers"):
+        replace(curved, bodies=own)
+
+
+@pytest.mark.parametrize("parts", [("xyz", "xyz"), ("z", "z"), ("xy", "z")])
+def test_products_by_rows_are_those_of_the_matrix(parts):
+    """Of rows that give way differently, with and without transposition."""
+    numbers = (
+        by_row(UNLIKE).kernel.array
+        * np.sqrt(np.multiply.outer(*[np.arange(1, N + 1)] * 2))[..., None]
+    )
+    own = vc.Elasticity(kernel=numbers, sides=(SIDE, SIDE)).medium(1.0, 4.0)
+    lattice = Grid(nx=N, ny=N, dx=SIDE, dy=SIDE, x0=0.0, y0=0.0)
+    operator = own.operator(lattice, *parts)
+    matrix = operator.dense(EVERY)
+    field = np.random.default_rng(1).normal(size=(len(parts[1]), N, N))
+    expected = matrix @ field.ravel()
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(operator._product(field).ravel(), expected, atol=1e-12 * scale)
+    single = operator.apply(field.astype(np.float32))
+    assert single.dtype == np.float32
+    np.testing.assert_allclose(single.ravel(), expected, atol=1e-5 * scale)
+    np.testing.assert_allclose(operator.transposed.dense(EVERY), matrix.T, atol=1e-15 * scale)
+    assert np.linalg.norm(matrix, 2) <= operator.norm
+    assert operator.smallest == matrix.min() and operator.largest == matrix.max()
+    some = np.array([3, 40, 81])
+    assert np.array_equal(
+        operator.dense(some, EVERY),
+        matrix.reshape(-1, N * N, matrix.shape[1])[:, some].reshape(-1, matrix.shape[1]),
+    )
+
+
 def test_bodies_that_differ_from_place_to_place():
     """A stiffer half: what a kernel cannot have, against the dense problem itself."""
     A, _ = matrices(ALIKE)
@@ -151,6 +214,21 @@ def test_bodies_that_differ_from_place_to_place():
     scale = np.abs(distance).max()
     assert np.abs(distance[p > 0]).max() < 1e-9 * scale and distance.min() > -1e-9 * scale
     assert found.certificate.normal_relative_gap < 1e-9
+
+
+@pytest.mark.parametrize("make", [by_row, matrix])
+def test_numbers_by_place_have_no_linear_response(make):
+    """Which is by wave numbers, of bodies that are the same everywhere; they have gradients."""
+    found, expected = (
+        vc.solve(scene(bodies, friction=0.3, motion=vc.Steady(vx=1e-3)))
+        for bodies in (make(UNLIKE), UNLIKE)
+    )
+    with pytest.raises(vc.SceneError, match="bodies alike everywhere"):
+        found.frequency_response([3.0])
+    by_friction = [each.gradient("Fx", "friction")["friction"] for each in (found, expected)]
+    assert by_friction[0] == pytest.approx(float(by_friction[1]), rel=1e-6)
+    with pytest.raises(vc.SceneError, match="friction work of unlike bodies"):
+        found.gradient("friction_work", "friction")
 
 
 def test_matrices_without_symmetry_are_solved_without_bounds():
@@ -247,6 +325,7 @@ def by_matrix(*given, sides=(SIDE, SIDE)):
 
 
 GOOD = table(ALIKE)
+ROWS = by_row(ALIKE).kernel.array
 ROLLING = {"friction": 0.3, "motion": vc.Steady(vx=1e-3)}
 
 
@@ -258,6 +337,24 @@ ROLLING = {"friction": 0.3, "motion": vc.Steady(vx=1e-3)}
         (by_kernel(changed(GOOD, (2, 2, 3, 4), 7.0)), "bodies.kernel[2, 2, 3, 4]", "Betti"),
         (by_kernel(np.abs(GOOD) * 0 + np.nan), "bodies.kernel[0, 0, 0, 0]", "finite"),
         (by_kernel(-GOOD), "bodies.kernel", "positive definite"),
+        (by_kernel(ROWS[:, :, :-1]), "bodies.kernel", "ny, ny"),
+        (
+            by_kernel(changed(ROWS, (0, 2, 3, 4, 5), 7.0)),
+            "bodies.kernel[0, 2, 3, 4, 5]",
+            rf"\[2, 0, 4, 3, {2 * N + 5 - 6}\]",
+        ),
+        (by_kernel(-ROWS), "bodies.kernel, row 0", "positive definite"),
+        (
+            lambda: vc.solve(
+                scene(
+                    by_kernel(ROWS)(),
+                    surface=vc.SampledDistance(np.ones((N - 2, N))),
+                    grid=vc.Grid(nx=N, ny=N - 2, dx=SIDE, dy=SIDE, x0=0.0, y0=0.0),
+                )
+            ),
+            "bodies.kernel",
+            "between 10 rows of 13 elements; this grid and motion need 8 rows",
+        ),
         (by_kernel(GOOD, sides=None), "bodies.sides", "missing"),
         (by_kernel(GOOD, sides=(1.0, 2.0, 3.0)), "bodies.sides", "dx, dy"),
         (by_kernel(GOOD, components="x"), "bodies.components", "one of xyz, z"),
@@ -273,7 +370,11 @@ ROLLING = {"friction": 0.3, "motion": vc.Steady(vx=1e-3)}
             "bodies.sides",
             "sides of the grid",
         ),
-        (lambda: vc.solve(scene(kernel(ALIKE, nx=N), **ROLLING)), "bodies.kernel", "need 10 x 11"),
+        (
+            lambda: vc.solve(scene(kernel(ALIKE, nx=N), **ROLLING)),
+            "bodies.kernel",
+            "need 11 columns",
+        ),
         (
             lambda: vc.solve(
                 scene(kernel(ALIKE), friction=0.3, motion=vc.Steady(vx=1e-3, dq=0.5 * SIDE))
@@ -295,7 +396,7 @@ ROLLING = {"friction": 0.3, "motion": vc.Steady(vx=1e-3)}
         (
             lambda: scene(matrix(ALIKE), third_body=vc.ThirdBody(G=1.0, h=0.1)),
             "bodies.matrix",
-            "layers in its own numbers",
+            "layers in their numbers",
         ),
         (
             lambda: vc.Elasticity.from_compliance([0.0, 0.1, 0.3], np.eye(3)),

@@ -12,6 +12,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.elasticity.by_element import ELEMENTS_MAX, ElementOperator
+from varcontact.elasticity.by_row import RowOperator
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.operators import SAME_NUMBERS, GridOperator
 from varcontact.errors import SceneError
@@ -34,23 +35,50 @@ SYMMETRIC_MATRIX = 1e-9
 
 
 def checked_kernel(kernel: Any, components: str) -> Numbers:
-    """Influence numbers between components by offset, which meet Betti's theorem."""
+    """Influence numbers between components by offset, or by both rows and the offset along x,
+    which meet Betti's theorem.
+    """
     field = "bodies.kernel"
-    table = checks.array(field, as_array(kernel), 4)
-    _, _, rows, columns = table.shape
+    table = checks.array(field, as_array(kernel), 4, 5)
     c = len(components)
-    if table.shape[:2] != (c, c) or rows % 2 == 0 or columns % 2 == 0 or columns < 3:
-        allowed = f"({c}, {c}, 2 ny - 1, 2 nx - 1), displacements by tractions and by offset"
+    *_, rows, columns = table.shape
+    by_row = table.ndim == 5
+    fits = table.shape[:2] == (c, c) and columns % 2 == 1 and columns >= 3
+    fits = fits and (table.shape[2] == rows if by_row else rows % 2 == 1)
+    if not fits:
+        allowed = (
+            f"({c}, {c}, 2 ny - 1, 2 nx - 1), displacements by tractions and by offset, or "
+            f"({c}, {c}, ny, ny, 2 nx - 1), by rows and offset along x"
+        )
         raise checks.wrong_shape(field, table.shape, allowed)
-    off = np.abs(table - table[:, :, ::-1, ::-1].swapaxes(0, 1))
-    if off.max() > SYMMETRY * np.abs(table).max():
-        i, j, y, x = (int(each) for each in np.unravel_index(int(np.argmax(off)), off.shape))
-        other = f"[{j}, {i}, {rows - 1 - y}, {columns - 1 - x}]"
-        value = float(table[j, i, rows - 1 - y, columns - 1 - x])
-        allowed = f"that of {other}, {value:.6g}: by Betti's theorem B_ij(r) = B_ji(-r)"
-        raise SceneError(f"{field}[{i}, {j}, {y}, {x}]", float(table[i, j, y, x]), allowed)
-    _check_positive(field, table[:, :, rows // 2, columns // 2])
+    _check_reciprocal(field, table)
+    if by_row:
+        for row in range(rows):
+            _check_positive(f"{field}, row {row}", table[:, :, row, row, columns // 2])
+    else:
+        _check_positive(field, table[:, :, rows // 2, columns // 2])
     return Numbers.of(table)
+
+
+def _check_reciprocal(field: str, table: np.ndarray) -> None:
+    """Refuse numbers whose elements do not change places by Betti's theorem, at the worst entry."""
+    image = table[..., ::-1].swapaxes(0, 1)
+    if table.ndim == 5:
+        image = image.swapaxes(2, 3)
+    else:
+        image = image[:, :, ::-1]
+    off = np.abs(table - image)
+    if off.max() <= SYMMETRY * np.abs(table).max():
+        return
+    place = tuple(int(each) for each in np.unravel_index(int(np.argmax(off)), off.shape))
+    i, j, *between, x = place
+    if table.ndim == 5:
+        between.reverse()
+    else:
+        between = [table.shape[2] - 1 - between[0]]
+    other = [j, i, *between, table.shape[-1] - 1 - x]
+    allowed = f"that of {other}, {image[place]:.6g}: by Betti's theorem B_ij(r) = B_ji(-r)"
+    raise SceneError(f"{field}{list(place)}", float(table[place]), allowed)
 
 
 def checked_matrix(matrix: Any, components: str) -> tuple[Numbers, ...]:
@@ -122,10 +150,7 @@ def check_of_matrix(scene: Scene, matrix: tuple[Numbers, ...], n: int) -> None:
     assert isinstance(scene.grid, Grid)
     if scene.grid.size != n:
         raise SceneError("grid", scene.grid, f"of {n} elements, as bodies.matrix is")
-    layer = scene.third_body
-    if scene.conformal or (layer is not None and layer.compliance > 0):
-        allowed = "a kernel or symbol: a matrix has curvature and layers in its own numbers"
-        raise SceneError("bodies.matrix", f"of {n} elements", allowed)
+    check_by_place(scene, "bodies.matrix", f"of {n} elements")
     motion = scene.motion
     if not isinstance(motion, Steady | Shift | None):
         allowed = "None, Shift or Steady: bodies.matrix has no numbers for histories"
@@ -138,6 +163,18 @@ def check_of_matrix(scene: Scene, matrix: tuple[Numbers, ...], n: int) -> None:
     if motion.slip_difference != "first-order":
         allowed = '"first-order": C has the displacements one step before'
         raise SceneError("motion.slip_difference", motion.slip_difference, allowed)
+
+
+def check_by_place(scene: Scene, field: str, of: str) -> None:
+    """Numbers by place have curvature and layers in them: they are those of a plane, or as they
+    are.
+    """
+    layer = scene.third_body
+    if scene.conformal or (layer is not None and layer.compliance > 0):
+        allowed = (
+            "a kernel by offset, or a symbol: these have curvature and layers in their numbers"
+        )
+        raise SceneError(field, of, allowed)
 
 
 def half_spaces_of(own: np.ndarray, sides: tuple[float, ...]) -> tuple[float, float]:
@@ -208,7 +245,9 @@ class GivenMedium:
 
 @dataclass(frozen=True)
 class KernelMedium(GivenMedium):
-    """Dimensionless numbers (3, 3, 2 ny - 1, 2 nx - 1) by offset, of elements with some sides."""
+    """Dimensionless numbers of elements with some sides: (3, 3, 2 ny - 1, 2 nx - 1) by offset, or
+    (3, 3, ny, ny, 2 nx - 1) by both rows and the offset along x.
+    """
 
     kernel: Numbers
     components: str
@@ -220,7 +259,8 @@ class KernelMedium(GivenMedium):
         """True where numbers are even or odd in x."""
         table = self.kernel.array
         sign = np.array([(-1.0) ** each.count("x") for each in self.components])
-        image = table[..., ::-1] * (sign[:, None] * sign)[..., None, None]
+        between = (sign[:, None] * sign).reshape(len(sign), len(sign), *[1] * (table.ndim - 2))
+        image = table[..., ::-1] * between
         return bool(np.abs(image - table).max() <= SAME_NUMBERS * np.abs(table).max())
 
     @property
@@ -241,31 +281,50 @@ class KernelMedium(GivenMedium):
             )
             raise SceneError("grid", lattice, message=message)
         wanted = places(rows, self.components), places(columns, self.components)
-        table = self.kernel.array[np.ix_(*wanted)]
-        total = np.zeros((*table.shape[:2], 2 * lattice.rows - 1, 2 * lattice.nx - 1))
-        for ahead, weight in stencil:
-            total += weight * self._part(table, lattice, ahead / dx)
+        table = self._of_rows(self.kernel.array[np.ix_(*wanted)], lattice)
+        parts = [weight * self._along_x(table, lattice, ahead / dx) for ahead, weight in stencil]
+        total = np.sum(parts, axis=0)
+        if total.ndim == 5:
+            return RowOperator.of(total)
         return GridOperator(lattice.shape, total)
 
-    def _part(self, table: np.ndarray, lattice: Grid, columns: float) -> np.ndarray:
+    @staticmethod
+    def _of_rows(table: np.ndarray, lattice: Grid) -> np.ndarray:
+        """Numbers between the rows of a lattice: by offset those that are nearest, by row all."""
+        ny = lattice.rows
+        if table.ndim == 5:
+            if table.shape[2] != ny:
+                raise _too_few(table, f"{ny} rows")
+            return table
+        known = (table.shape[2] + 1) // 2
+        if ny > known:
+            raise _too_few(table, f"{ny} rows")
+        return table[:, :, known - ny : known + ny - 1]
+
+    @staticmethod
+    def _along_x(table: np.ndarray, lattice: Grid, columns: float) -> np.ndarray:
         """Numbers of a lattice at so many columns further along x."""
         ahead = round(columns)
         if abs(columns - ahead) > ON_LATTICE * max(1.0, abs(columns)):
             allowed = "a whole number of elements: bodies.kernel has no numbers between them"
             raise SceneError("motion.dq", f"{columns:.6g} elements", allowed)
-        ny, nx = ((size + 1) // 2 for size in table.shape[2:])
-        if lattice.rows > ny or lattice.nx + abs(ahead) > nx:
-            needed = (lattice.rows, lattice.nx + abs(ahead))
-            message = (
-                f"bodies.kernel has numbers for {ny} x {nx} elements (ny x nx); "
-                f"this grid and motion need {needed[0]} x {needed[1]}"
-            )
-            raise SceneError("bodies.kernel", f"of shape {table.shape}", message=message)
-        first_row = ny - lattice.rows
-        first = nx - lattice.nx + ahead
-        return table[
-            :, :, first_row : first_row + 2 * lattice.rows - 1, first : first + 2 * lattice.nx - 1
-        ]
+        known = (table.shape[-1] + 1) // 2
+        needed = lattice.nx + abs(ahead)
+        if needed > known:
+            raise _too_few(table, f"{needed} columns")
+        first = known - lattice.nx + ahead
+        return table[..., first : first + 2 * lattice.nx - 1]
+
+
+def _too_few(table: np.ndarray, needed: str) -> SceneError:
+    """The error for a kernel that does not have the elements of a grid and motion."""
+    columns = (table.shape[-1] + 1) // 2
+    if table.ndim == 5:
+        own = f"between {table.shape[2]} rows of {columns} elements"
+    else:
+        own = f"for {(table.shape[2] + 1) // 2} rows of {columns} elements"
+    message = f"bodies.kernel has numbers {own}; this grid and motion need {needed}"
+    return SceneError("bodies.kernel", f"of shape {table.shape}", message=message)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from varcontact.elasticity.given_numbers import (
     KernelMedium,
     MatrixMedium,
     asymmetry,
+    check_by_place,
     check_of_matrix,
     check_own_grid,
     checked_kernel,
@@ -71,11 +72,13 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
     local : sequence of 3 floats, optional
         Of a symbol: compliances of springs along x, y and z, which act at their
         own place, in the symbol [length/stress]: the rest falls like 1/k.
-    kernel : array_like, shape (3, 3, 2 ny - 1, 2 nx - 1)
+    kernel : array_like, shape (3, 3, 2 ny - 1, 2 nx - 1) or (3, 3, ny, ny, 2 nx - 1)
         Influence numbers: displacement along i (x, y, z) at the centre of an
         element by a unit traction along j on another one, by the offset of the
         elements, field minus loaded, from ``-(n - 1)`` to ``n - 1``
-        [length/stress]. In line contact ny = 1. Steady rolling needs ``nx``
+        [length/stress]. Or by the row of the displaced element, the row of the
+        loaded one, and their offset along x: bodies that are the same all along
+        x, as rails are. In line contact ny = 1. Steady rolling needs ``nx``
         larger than that of the grid by the columns of a step.
     matrix : array_like, shape (3 n, 3 n), or a pair of them
         A, or (A, C): displacements of all n elements, row by row, by tractions
@@ -280,10 +283,15 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
             return self._fitted.equivalent
         assert self.sides is not None
         if self.kernel is not None:
-            rows, columns = self.kernel.array.shape[2:]
-            middle = self.kernel.array[:, :, rows // 2]
-            own = np.diagonal(middle[:, :, columns // 2])
-            beside = np.diagonal(middle[:, :, columns // 2 + 1])
+            table = self.kernel.array
+            if table.ndim == 5:
+                # the mean over all rows
+                middle = np.diagonal(table, axis1=2, axis2=3).mean(axis=-1)
+            else:
+                middle = table[:, :, table.shape[2] // 2]
+            column = table.shape[-1] // 2
+            own = np.diagonal(middle[:, :, column])
+            beside = np.diagonal(middle[:, :, column + 1])
         else:
             blocks = self._blocks
             each = range(len(blocks))
@@ -331,6 +339,11 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
         return self.symbol is None or self._fitted.at_rest
 
     @property
+    def by_place(self) -> bool:
+        """True of a matrix, and of a kernel by rows."""
+        return self.matrix is not None or (self.kernel is not None and self.kernel.array.ndim == 5)
+
+    @property
     def indentation_modulus(self) -> float:
         """The modulus ``2/F``, F the mean of k times the compliance of pressures, of short waves
         over all directions [stress]: of an elastic half-space on a rigid body Willis's indentation
@@ -361,6 +374,8 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
         if self.matrix is not None:
             n = self.matrix[0].array.shape[0] // len(self.components)
             check_of_matrix(scene, self.matrix, n)
+        elif self.by_place:
+            check_by_place(scene, "bodies.kernel", f"of {scene.grid.rows} rows")
 
     def _check_periodic(self) -> None:
         """Symbols that are not defined at the longest waves, or act at their own place."""
@@ -372,7 +387,7 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
         """True where there are numbers for a `grid`, and places beyond the scene's own."""
         if self.symbol is not None:
             return True
-        if self.matrix is not None:
+        if self.by_place:
             return False
         rows, columns = self.kernel.array.shape[2:]
         return 2 * grid.rows - 1 <= rows and 2 * grid.nx - 1 <= columns

@@ -288,6 +288,9 @@ class FrictionWork(Output):
     def _mean_by_pressure(fields: ContactFields) -> GridOperator:
         """The even part of the shifts by pressures, which does work over a path."""
         operator = fields.disc.pressure_to_shift
+        if not operator.toeplitz:
+            allowed = "another one: friction work of unlike bodies by numbers of their own places"
+            raise SceneError("output", "friction_work", allowed)
         return GridOperator(operator.shape, (operator.table + operator.table[..., ::-1, ::-1]) / 2)
 
     @staticmethod

@@ -191,6 +191,9 @@ def check_linear(scene: Scene) -> None:
         raise SceneError(
             "surface.inclination", "given", "left out: linearised are bodies that meet on a plane"
         )
+    if isinstance(scene.bodies, GivenBodies) and scene.bodies.by_place:
+        allowed = "given by a symbol or a kernel by offset: linearised are bodies alike everywhere"
+        raise SceneError("bodies", type(scene.bodies).__name__, allowed)
     if scene.displacements:
         allowed = "left out: the response of held parts is not known"
         raise SceneError("displacements", scene.displacements, allowed)

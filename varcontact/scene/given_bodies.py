@@ -55,6 +55,11 @@ class GivenBodies(ABC):
         return False
 
     @property
+    def by_place(self) -> bool:
+        """True where influence numbers depend on more than the offset of elements."""
+        return False
+
+    @property
     @abstractmethod
     def softest(self) -> Any:
         """Half-spaces whose contact is at least as large; None: the grid has to be given."""
