@@ -53,11 +53,13 @@ class RowOperator(GridOperator):
         from scipy import fft
 
         nx = self.shape[1]
-        single = tractions.dtype == np.float32
+        transform = self._transform
+        if tractions.dtype == np.float32:
+            transform = self._single_transform
         spectrum = fft.rfft(tractions, self._length, axis=-1)
         # a matrix between components and rows for each wave number
         loads = spectrum.reshape(-1, spectrum.shape[-1]).T[:, :, None]
-        product = ((self._single_transform if single else self._transform) @ loads)[:, :, 0].T
+        product = (transform @ loads)[:, :, 0].T
         fields = fft.irfft(product.reshape(-1, *spectrum.shape[1:]), self._length, axis=-1)
         return np.asarray(fields[..., :nx])
 

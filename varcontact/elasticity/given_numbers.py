@@ -43,9 +43,10 @@ def checked_kernel(kernel: Any, components: str) -> Numbers:
     c = len(components)
     *_, rows, columns = table.shape
     by_row = table.ndim == 5
-    fits = table.shape[:2] == (c, c) and columns % 2 == 1 and columns >= 3
-    fits = fits and (table.shape[2] == rows if by_row else rows % 2 == 1)
-    if not fits:
+    fits = rows % 2 == 1
+    if by_row:
+        fits = table.shape[2] == rows
+    if not fits or table.shape[:2] != (c, c) or columns % 2 == 0 or columns < 3:
         allowed = (
             f"({c}, {c}, 2 ny - 1, 2 nx - 1), displacements by tractions and by offset, or "
             f"({c}, {c}, ny, ny, 2 nx - 1), by rows and offset along x"
