@@ -331,7 +331,7 @@ def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
     (" 022020 ", " 032020 ", "line 4: D (DISCNS) = 3 is not supported"),
     (" 022020 ", " 023020 ", "line 4: C (INFLCF) = 3 is not supported: tractions are constant on elements here;"),
     (" 022020 ", " 029020 ", "line 10: CFNAME = '0.28' is not a name in quotes"),
-    (" 022020 ", " 022620 ", "line 4: M (MATER) = 6 is not supported; supported: 0 (elastic)"),
+    (" 022020 ", " 022620 ", "line 4: M (MATER) = 6 is not supported: it is reserved in CONTACT; supported: 0 (elastic)"),
     (" 022020 ", " 022220 ", "line 11: K0_MF = 'IPOTCN' is not a number"),
     (" 022020 ", " 022029 ", "ends before 24 values of EXRHS"),
     (" 022020 ", " 1022020 ", "line 4: V (VARFRC) = 1 is not supported: by inclination, friction varies on rails"),
@@ -554,3 +554,26 @@ def test_a_case_may_be_an_iteration_of_the_one_before(tmp_path):
     path.write_text(text + " 0  MODULE\n")
     before = [case.before and case.before.number for case in vc.read_contact_input(path).cases]
     assert before == [None, 1, 1]
+
+
+def test_a_case_may_stay_in_its_module(tmp_path):
+    """R = 0 and 2: the next case does not name its module; R = 0 before one that does is read, too."""
+    case = CASE[CASE.index(" 203100 ") : CASE.index(" 0  MODULE")]
+    heavier = case.replace(" 1000. ", " 2000. ")
+    for digit, loads in ((0, [1000.0, 2000.0]), (2, [2000.0])):
+        first = case.replace(" 0000001 ", f" 000000{digit} ")
+        path = tmp_path / "case.inp"
+        path.write_text(f" 3 MODULE\n{first}{heavier} 0\n")
+        found = vc.read_contact_input(path)
+        assert [scene.normal_force for scene in found] == loads
+        assert [each.line for each in found.cases][-1] == 2 + len(first.splitlines())
+        path.write_text(f" 3 MODULE\n{first} 3 MODULE\n{heavier} 0 MODULE\n")
+        assert [scene.normal_force for scene in vc.read_contact_input(path)] == loads
+
+
+def test_the_second_rational_term_falls_with_the_square(tmp_path):
+    """The guide, section 4.2.2; linear and exponential terms are alike."""
+    old = " 0.3  0.3                     FSTAT, FKIN"
+    (scene,) = read(tmp_path, (old, "0.2 0.1 50. 0.05 20.\n 0 1"), (" 022020 ", " 322020 "))
+    expected = 0.2 + 0.1 / (1 + 30.0 / 50.0) + 0.05 / (1 + (30.0 / 20.0) ** 2)
+    assert scene.friction.on(np.array([[30.0 / 5000]])) == pytest.approx(expected)

@@ -279,3 +279,17 @@ def test_stress_that_does_not_fit_is_refused(unlike, monkeypatch):
         vc.stress_below(unlike, [0.1, 0.2])
     with pytest.raises(vc.TooLarge, match="a grid with fewer elements would fit"):
         vc.stress_below(unlike, 0.1)
+
+
+@pytest.mark.parametrize("body", [1, 2])
+def test_many_points_below_centres_are_found_as_few_are(unlike, body):
+    """By FFT where they are many; a point that is off a centre has them all summed up."""
+    depth = {1: 0.7, 2: -0.7}[body]
+    centres = at_centres(unlike.grid) + np.array([[0.0], [0.0], [depth]])
+    points = np.concatenate([centres, centres * np.array([[1], [1], [2]])], axis=1)
+    many = vc.stress(unlike, points, body)
+    off = vc.stress(unlike, np.concatenate([points, [[0.013], [0.0], [depth]]], axis=1), body)
+    for name in ("stress", "displacement", "gradient"):
+        expected = getattr(off, name)[..., :-1]
+        tol = 1e-12 * np.abs(expected).max()
+        np.testing.assert_allclose(getattr(many, name), expected, rtol=0, atol=tol)

@@ -10,7 +10,7 @@ from tests.command import assert_bad_input
 from tests.command import run as run_command
 from tests.wheel_rail.conditions import DATA
 from tests.wheel_rail.test_contact_input import PLACE, RATES, RIG, TRACK, read
-from varcontact.study.contact_comparison import compared
+from varcontact.study.contact_comparison import compared, compared_stresses
 from varcontact.wheel_rail import Track, read_contact_input, wheel_on_rail_history
 from varcontact.wheel_rail.contact_runs import run_wheels
 
@@ -271,3 +271,8 @@ def test_patches_are_compared_by_their_place():
     assert [row.quantity for row in rows if row.verdict == "differs"] == ["FS"]
     (row,) = compared(1, ours[:1], vc.ContactOutput(1, None, "right", {}, theirs))
     assert (row.quantity, row.theirs, row.ours) == ("PATCHES", 2.0, 1.0)
+    # and stresses below, by block
+    printed = ({"SIGVM": 9.0}, {"SIGVM": 8.0}, {"SIGVM": 1.0}, {"SIGVM": 2.0})
+    own = (printed[2], printed[3], printed[0], printed[1])
+    output = vc.ContactOutput(1, None, "right", {}, theirs, printed)
+    assert {row.verdict for row in compared_stresses(1, own, output, ours)} == {"equal"}

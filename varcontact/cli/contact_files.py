@@ -93,7 +93,7 @@ def _all_cases(
         if any(row.verdict == comparison.DIFFERENT for row in its):
             its = comparison.with_refined(its, _on_finer_elements(finer(found.case), run))
         rows += its
-        rows += comparison.compared_stresses(number, found.stresses, output)
+        rows += comparison.compared_stresses(number, found.stresses, output, found.patches)
         tables.append(_printed(number, [*found.patches, *found.stresses]))
         if save is not None:
             for ending, solution in found.solutions.items():

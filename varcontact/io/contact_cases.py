@@ -5,7 +5,7 @@ entries, with what a case keeps from the one before.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,11 @@ from varcontact.io.contact_words import Group, Lines
 
 GRAMMARS: dict[int, Any] = {1: (WHEEL, WHEEL_LINES), 3: (BASIC, BASIC_LINES)}
 """Control words and parameter lines of the modules that are read."""
+STAYS = (0, 2)
+"""Values of the digit R after which the next case is of the same module, which it does not name."""
 MODULES = {1: "wheel on rail", 3: "basic contact", 0: "stop"}
+MODULE_NUMBERS = tuple(map(str, MODULES))
+"""As they are written; control words have more digits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,21 +75,26 @@ def read_cases(path: Path) -> tuple[list[CaseInput], list[Unreadable]]:
     cases: list[CaseInput] = []
     unreadable: list[Unreadable] = []
     last: dict[tuple[int, ...], CaseInput] = {}
+    stays = False
     while lines.left:
         number = len(cases) + len(unreadable) + 1
         line = lines.left[0][0]
         try:
-            group = lines.read("MODULE:i, [REID:i, CPID:i]")
-            element = _element(group)
+            if not stays or lines.left[0][1][0] in MODULE_NUMBERS:
+                group = lines.read("MODULE:i, [REID:i, CPID:i]")
+                element = _element(group)
+            group = replace(group, line=line)
             if element is None:
                 break
             case = _read_case(lines, group, number, element, last.get(element))
         except SceneError as error:
             unreadable.append(Unreadable(number, line, error))
             last.clear()
+            stays = False
             lines.skip_to("MODULE")
             continue
         last[element] = case
+        stays = case.controls["RETURN"] in STAYS
         cases.append(case)
     return cases, unreadable
 

@@ -41,6 +41,7 @@ def _passed_over(letter: str, name: str, section: str, most: int) -> Digit:
 
 AS_BEFORE = "as before"
 FINITE_ELEMENTS = "influence numbers of a file are for module 3"
+RESERVED = "it is reserved in CONTACT"
 BILINEAR = "tractions are constant on elements here"
 
 PVTIME = Digit("P", "PVTIME", "2.3", {
@@ -52,7 +53,7 @@ STRESS = Digit("S", "STRESS", "2.3", {
 })  # fmt: skip
 FRCLAW = Digit("L", "FRCLAW", "2.3", {
     0: "Coulomb", 1: AS_BEFORE, 2: "linear", 3: "rational", 4: "exponential", 6: "by temperature",
-})  # fmt: skip
+}, {5: "Polach's parameters are not in the release of CONTACT; use L = 4"})  # fmt: skip
 HEAT = Digit("H", "HEAT", "2.3", {0: "no temperatures", 1: "thermal data as before", 3: "anew"})
 SOLUTION = (
     Digit("X", "XFLOW", "2.3", {0: "no debug output", 1: "debug output, passed over"}),
@@ -60,7 +61,7 @@ SOLUTION = (
     _passed_over("G", "GAUSEI", "2.3", 5),
     _passed_over("I", "IESTIM", "2.3", 3),
     _passed_over("A", "MATFIL", "2.3", 2),
-    _passed_over("O", "OUTPUT", "2.3", 5),
+    _passed_over("O", "OUTPUT", "2.3", 6),
     _passed_over("W", "FLOW", "2.3", 9),
     Digit("R", "RETURN", "2.3", {
         0: "calculate", 1: "calculate", 2: "check the input alone", 3: "skip",
@@ -95,15 +96,15 @@ BASIC = (
         Digit("C", "INFLCF", "2.3", {
             0: "material as before", 1: "material as before", 2: "half-space",
             4: "conformal, by inclinations", 9: "influence numbers of a file",
-        }, {3: BILINEAR}),
+        }, {3: BILINEAR, 5: RESERVED}),
         Digit("M", "MATER", "2.3", {
             0: "elastic", 1: "viscoelastic", 2: "FASTSIM, one flexibility",
             3: "FASTSIM, three flexibilities", 4: "third body", 5: "FaStrip",
-        }),
+        }, {6: RESERVED, 7: RESERVED}),
         Digit("Z", "RZNORM", "2.3", {0: AS_BEFORE, 1: "distance anew", 2: "distance read"}),
         Digit("E", "EXRHS", "2.3", {
             0: "no extra rigid slip", 1: "extra rigid slip as before", 9: "extra rigid slip read",
-        }),
+        }, dict.fromkeys((2, 3), "a term of CONTACT's developers; use E = 9")),
     ),
     SOLUTION,
 )  # fmt: skip
@@ -145,7 +146,7 @@ WHEEL = (
         }, dict.fromkeys((7, 8, 9), "a search of CONTACT's developers")),
         Digit("C", "INFLCF", "2.3", {
             0: "material as before", 1: "material as before", 2: "half-space", 4: "conformal",
-        }, {3: BILINEAR, 9: FINITE_ELEMENTS}),
+        }, {3: BILINEAR, 5: RESERVED, 9: FINITE_ELEMENTS}),
         Digit("M", "MATER", "2.3", {
             0: "elastic", 1: "viscoelastic", 2: "FASTSIM, one flexibility",
             3: "FASTSIM, three flexibilities", 4: "third body", 5: "FaStrip",
@@ -425,7 +426,7 @@ def _vertical(lines: Lines, isubs: int) -> list[Group]:
 
 
 SOLVERS = (
-    ParameterLine("debug", "2.3", "PSFLRIN:i", lambda c: c["XFLOW"] == 1),
+    ParameterLine("debug", "2.3", "PSFLCIN:i, [X_READLN:i]", lambda c: c["XFLOW"] == 1),
     ParameterLine(
         "iterations",
         "4.6",

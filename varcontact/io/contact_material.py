@@ -209,10 +209,16 @@ def _falling(
     if second == 0:
         one: Law = kind(kinetic + first, kinetic, half, velocity, **memory)
         return one
-    terms = [kind(each, 0.0, at) for each, at in ((first, half), (second, other_half)) if each > 0]
+    part = kind(1.0, 0.0, 1.0)
+    # the second rational term falls with the square
+    power = 2 if kind is RationalFalling else 1
 
     def falling(slip_velocity: np.ndarray) -> np.ndarray:
-        return np.asarray(kinetic + sum(term(slip_velocity) for term in terms))
+        slip = np.asarray(slip_velocity)
+        found = kinetic + second * part((slip / other_half) ** power)
+        if first > 0:
+            found = found + first * part(slip / half)
+        return np.asarray(found)
 
     return FrictionLaw(kinetic + first + second, kinetic, [falling], velocity=velocity, **memory)
 

@@ -40,6 +40,9 @@ NAMES = ("upper", "lower")
 
 ONE = "; of a History, one of its steps"
 
+CENTRE_TOL = 1e-9
+"""Distance of a point from the centre of an element, in sides, up to which it is below it."""
+
 FARTHEST = 1e60
 """The largest coordinate of a point: the potentials take fifth powers of distances."""
 
@@ -353,9 +356,44 @@ class BodyField:
             raise SceneError("body", side, f"{allowed}: of others these stresses are not known")
 
     def at(self, points: np.ndarray) -> Any:
-        """The field at points (3, n)."""
-        field = self._at(points, *self._strips)
+        """The field at points (3, n): below element centres by FFT, where that is quicker."""
+        field = self._below_centres(points)
+        if field is None:
+            field = self._at(points, *self._strips)
         return self._with_loads_beside(field, points)
+
+    def _below_centres(self, points: np.ndarray) -> ElasticField | None:
+        """The field at points (3, n) by FFT; None where they are not below element centres, or
+        so few that sums over the loaded elements are quicker.
+        """
+        grid = self.solution.grid
+        if self.layered or grid.linear or grid.line:
+            return None
+        depths, layer = np.unique(points[2], return_inverse=True)
+        loaded = np.count_nonzero(np.any(self.tractions != 0, axis=0))
+        distances = 4 * grid.size * depths.size
+        if points.size == 0 or points.shape[1] * loaded < distances:
+            return None
+        column = (points[0] - grid.x[0]) / grid.sides[0]
+        row = (points[1] - grid.y[0]) / grid.sides[1]
+        i = np.rint(column).astype(int)
+        j = np.rint(row).astype(int)
+        inside = (0 <= i) & (i < grid.nx) & (0 <= j) & (j < grid.rows)
+        away = np.maximum(np.abs(column - i), np.abs(row - j))
+        if not inside.all() or away.max() > CENTRE_TOL:
+            return None
+        need("the stress below the surface", self._bytes_below(depths.size), "fewer depths")
+        field = field_below(depths, grid, self.tractions, **self.constants)
+        at = (layer.ravel(), j, i)
+        return ElasticField(
+            displacement=field.displacement[:, *at],
+            gradient=field.gradient[:, :, *at],
+            stress=field.stress[:, :, *at],
+        )
+
+    def _bytes_below(self, depths: int) -> int:
+        """Memory of fields below all elements at some depths."""
+        return self.solution.grid.size * (BYTES_PER_ELEMENT + BYTES_PER_ELEMENT_AND_DEPTH * depths)
 
     def below(self, depths: np.ndarray) -> Any:
         """The field at depths (n,) below all elements."""

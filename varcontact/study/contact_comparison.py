@@ -117,11 +117,20 @@ def compared(
 
 
 def compared_stresses(
-    case: int, ours: Sequence[Mapping[str, float]], output: ContactOutput | None
+    case: int,
+    ours: Sequence[Mapping[str, float]],
+    output: ContactOutput | None,
+    patches: Sequence[Mapping[str, float]] = (),
 ) -> list[Compared]:
-    """Extremes of stresses by block of points, to the three decimals that CONTACT prints."""
+    """Extremes of stresses by block of points, to the three decimals that CONTACT prints; of
+    `patches` one after the other.
+    """
     if output is None:
         return []
+    if 1 < len(patches) == len(output.patches):
+        blocks = len(ours) // len(patches)
+        order = _nearest_of(patches, output.patches)
+        ours = [ours[blocks * k + block] for k in order for block in range(blocks)]
     found = []
     for k, (own, theirs) in enumerate(zip(ours, output.stresses, strict=False), 1):
         for name, value in theirs.items():
@@ -143,17 +152,30 @@ def _compared_wheel(
         return [Compared(case, 1, "PATCHES", float(count), float(len(patches)), DIFFERENT, words)]
     load = sum(abs(theirs["FN"]) for theirs in output.patches)
     found = []
-    left = list(patches)
+    order = _nearest_of(patches, output.patches)
     for k, theirs in enumerate(output.patches, 1):
-        # that which is nearest on the rail
-        ours = min(left, key=lambda each: abs(each["YCP(R)"] - theirs.get("YCP(R)", 0.0)))
-        left.remove(ours)
+        ours = patches[order[k - 1]]
         for name in ("FN", "FX", "FS"):
             verdict = DIFFERENT
             if abs(ours[name] - theirs[name]) <= WHEEL_TOL * load:
                 verdict = EQUAL
             found.append(Compared(case, k, name, theirs[name], ours[name], verdict))
     return found
+
+
+def _nearest_of(
+    patches: Sequence[Mapping[str, float]], printed: Sequence[Mapping[str, float]]
+) -> list[int]:
+    """The number of the patch that is nearest on the rail to each that is printed."""
+    left = list(range(len(patches)))
+    order = []
+    for theirs in printed:
+        place = theirs.get("YCP(R)", 0.0)
+        distances = {k: abs(patches[k]["YCP(R)"] - place) for k in left}
+        nearest = min(left, key=distances.__getitem__)
+        left.remove(nearest)
+        order.append(nearest)
+    return order
 
 
 def with_refined(
