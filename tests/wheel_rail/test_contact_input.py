@@ -7,6 +7,7 @@ import inspect
 import shutil
 import warnings
 from contextlib import nullcontext
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,6 +24,8 @@ from varcontact.wheel_rail import (
     read_contact_input,
 )
 from varcontact.wheel_rail.case_file import read_case
+from varcontact.wheel_rail.curve import smoothed_in_third_order
+from varcontact.wheel_rail.slices import surface_of
 
 CASE = """
 % Manchester contact benchmark - tangential contact
@@ -266,6 +269,40 @@ def test_the_older_smoothing_passes_the_same_waves(folder):
     assert barely.track.rail.smoothing == 0.0
 
 
+@pytest.mark.parametrize(("ratio", "part"), [(0.5, 1 / 65), (1.0, 0.5), (2.0, 64 / 65)])
+def test_smoothing_of_the_third_order_halves_its_wavelength(ratio, part):
+    """ISMOOTH = 2: a wave of length L passes by 1/(1 + (L_FILT/L)^6), parabolas and kinks stay."""
+    y = np.arange(-60.0, 60.0 + 1e-9, 0.25)
+    length = 8.0
+    wave = 0.01 * np.sin(2 * np.pi * y / (ratio * length))
+    parabola = np.stack([y, y**2 / 600], axis=1)
+    none = np.zeros(0, dtype=int)
+    noisy = parabola + wave[:, None] * [0.0, 1.0]
+    found = smoothed_in_third_order(noisy, none, length)
+    middle = np.abs(y) < 5
+    assert np.ptp((found - parabola)[middle, 1]) == pytest.approx(part * 0.02, rel=0.02)
+    same = smoothed_in_third_order(parabola, none, length)
+    assert np.abs(same - parabola)[middle].max() < 1e-4
+    roof = np.stack([y, np.abs(y)], axis=1)
+    kinks = np.array([y.size // 2])
+    assert smoothed_in_third_order(roof, kinks, length) == pytest.approx(roof, abs=1e-9)
+
+
+def test_profiles_are_smoothed_in_the_third_order(folder):
+    old = "'rail.csv'   0     1.0    0.0   -1 "
+    (wheel,) = read(folder, (old, "'rail.csv' 0 1.0 5.0 -1 1 \n 2 150d 30d 6d 2.0 "))
+    assert wheel.track.rail.smoothing == 0.0
+    points = np.stack([RAIL.y, RAIL.z], axis=1)
+    expected = smoothed_in_third_order(points, RAIL.kink_points, 5.0)
+    assert wheel.track.rail.z == pytest.approx(expected[:, 1])
+    (free,) = read(folder, (old, "'rail.csv' 0 1.0 0.0 -1 1 \n 2 150d 30d 6d 2.0 "))
+    assert free.track.rail.z == pytest.approx(RAIL.z)
+    words = "ISMOOTH = 3 is not supported; supported: 0, 1, 2"
+    refused(
+        lambda: read(folder, (old, "'rail.csv' 0 1.0 5.0 -1 1 \n 3 150d 30d 6d 2.0 ")), words=words
+    )
+
+
 @pytest.mark.parametrize(("old", "new", "words"), [
     ("  1 MODULE", "  2 MODULE", "line 3: MODULE = 2 is not supported; supported: 1 (wheel on rail), 3"),
     (" 1203100 ", " 2203100 ", "line 4: C (CONFIG) = 2 is not supported; supported: 0 (left wheel on a track), 1"),
@@ -275,13 +312,12 @@ def test_the_older_smoothing_passes_the_same_waves(folder):
     (" 0022033 ", " 3022033 ", "line 5: V (VARFRC) = 3 is not supported: rows of elements are not known"),
     (" 0022033 ", " 0092033 ", "line 5: D (DISCNS) = 9 is not supported: a search of CONTACT's developers; supp"),
     (" 0022033 ", " 0023033 ", "line 5: C (INFLCF) = 3 is not supported: tractions are constant on elements here; "),
-    (" 0022033 ", " 0022633 ", "line 5: M (MATER) = 6 is not supported; supported: 0 (elastic)"),
+    (" 0022033 ", " 0022633 ", "line 5: M (MATER) = 6 is not supported: it is reserved in CONTACT; supported: 0 (elastic)"),
     (" 0022033 ", " 0022036 ", "line 5: E (EWHEEL) = 6 is not supported; supported: 0 (as before)"),
     (" 0022033  ", " 0022033 1 ", "line 5: M2 (MATER2) = 1 is not supported: damping of the bodies"),
     (" 0022033 ", " 0002033 ", "line 10: line = 4.0 is a number too many behind GAUGHT"),
     (" 0001331 ", " 0001333 ", "holds no case that is to be calculated"),
     ("8.0   4.0 ", "4.0   8.0 ", "line 3: separate = 4.0 is not allowed: must be at least join, 8 mm"),
-    (TRACK, "   14.0     2     1435.0  0.000 ", "line 11: GAUGSQ = 2.0 is not supported"),
     (TRACK, "   14.0     0     1435.0  0.000 1e-2 ", "line 11: track.curve_radius = 100.0 is not allowed"),
     ("8.0   4.0 ", "8.0   4.0  12. 0.01 ", "line 10: GAP_MISS = 0.01 is not supported: patches are parted where"),
     (TRACK, "   140.     0     1435.0  0.000 ", "line 11: track.gauge_height = 140.0 is not allowed"),
@@ -362,8 +398,79 @@ def test_parts_that_slices_lack_are_rails_of_their_own(folder):
     assert rail.features.shape == (3, 3)
     assert rail.features[0, :2].tolist() == [0.0, 40.0]
     assert np.isfinite(found.touching)
-    with pytest.raises(vc.SceneError, match="features by arc length"):
-        read(folder, ("'rail.csv'   0 ", "'rail.slcs' 1 "))
+    # arc lengths are of the profile as it is mirrored
+    (turned,) = read(folder, ("'rail.csv'   0 ", "'rail.slcs' 1 "))
+    assert turned.track.rail[1].features == pytest.approx(rail.features, abs=1e-4)
+
+
+def test_slices_have_kinks_at_features(folder):
+    """Two planes that meet at a feature, NKINK = 1: sections have their edge, not a rounded one;
+    NACCEL and numbers out of range.
+    """
+    y = np.linspace(-40.0, 40.0, 161)
+    for name, edge in (("first.csv", 0.0), ("last.csv", 5.0)):
+        z = np.abs(y - edge) * 0.3
+        np.savetxt(folder / name, np.stack([y, z], axis=1))
+    text = """ 0.0 1.0
+ 3
+ 3 1 1   NFEAT, NKINK, NACCEL
+ 1 0     S_METHOD, PERTURB
+ 0.0 'first.csv'
+ 100. 'last.csv'
+ 200. 'last.csv'
+ 1  KINK
+ 1  ACCEL
+ 0.   0. {first!r} 999.
+ 100. 0. {last!r} 999.
+ 200. 0. {last!r} 999.
+"""
+    arc = float(np.hypot(1.0, 0.3))
+    path = folder / "edge.slcs"
+    whole = text.format(first=40.0 * arc, last=45.0 * arc)
+    path.write_text(whole)
+    found = ProfileSlices.read(path, "rail", kinks="auto")
+    assert found.kinks == (1,)
+    surface = surface_of(found, lambda profile: profile.curve, 0.0, backwards=False)
+    section = surface.section(50.0)
+    at = section.at(surface.points(np.array(50.0), np.array([1.0]))[0][:, 0])
+    before, behind = section.directions(np.array([at[0] - 1e-6, at[0] + 1e-6]))
+    turn = np.arctan2(*behind[::-1]) - np.arctan2(*before[::-1])
+    assert turn == pytest.approx(2 * np.arctan(0.3), abs=1e-3)
+    for old, new, words in (
+        (" 1  KINK", " 2  KINK", "line 8: KINK = 2 is not in the range 1 to NFEAT - 2 = 1"),
+        (" 1  ACCEL", " 0  ACCEL", "line 9: ACCEL = 0 is not in the range"),
+        ("\n 100. 0. ", "\n 101. 0. ", "line 11: S = 101.0 is not the position of the slice, 100"),
+        (" 1 0     S", " 1 2     S", "line 4: PERTURB = 2 is not supported: waves"),
+    ):
+        path.write_text(whole.replace(old, new))
+        refused(lambda: ProfileSlices.read(path, "rail"), words=words)
+    refused(lambda: replace(found, kinks=(2,)), words="numbers of inner features, 1 to 1")
+    refused(lambda: replace(found, features=None), words="none: no features")
+
+
+def test_slices_of_a_wheel_are_round_beyond_the_last_one(folder):
+    """The radius does not change between the last slice and the first, and whole turns are closed;
+    features of wheels are counted from the field side.
+    """
+    y = np.linspace(-60.0, 60.0, 121)
+    for name, depth in (("round.csv", 0.0), ("deep.csv", 0.4)):
+        np.savetxt(folder / name, np.stack([y, 0 * y - depth], axis=1))
+    path = folder / "flat.slcw"
+    path.write_text(
+        " 0 1\n 4\n 3 0 0\n 1\n -.2 'round.csv'\n 0. 'deep.csv'\n .1 'deep.csv'\n .3 'round.csv'\n"
+        " -.2 0. 20. 999.\n 0. 0. 20. 999.\n .1 0. 20. 999.\n .3 0. 20. 999.\n"
+    )
+    found = ProfileSlices.read(path, "wheel", mirror_z=False)
+    assert found.features[0].tolist() == [0.0, 100.0, 120.0]
+    surface = surface_of(found, lambda profile: profile.curve, 0.0, backwards=False)
+    beyond = surface.points(np.array([0.3, 0.35, 1.0, 3.0, -0.25]), np.array(0.7))[0][:, 1]
+    assert beyond == pytest.approx(0.0, abs=1e-12)
+    # around the whole wheel, where the last slices are the first ones
+    steps = np.linspace(-3.2, 3.2, 33)
+    rows = "".join(f" {step!r} 'round.csv'\n" for step in steps.tolist())
+    path.write_text(f" 0 1\n 33\n 0 0 0\n 1\n{rows}")
+    closed = ProfileSlices.read(path, "wheel", mirror_z=False)
+    assert np.ptp(closed.positions) < 2 * np.pi
 
 
 def test_a_case_file_takes_slices(folder):

@@ -150,7 +150,7 @@ WHEEL = (
         Digit("M", "MATER", "2.3", {
             0: "elastic", 1: "viscoelastic", 2: "FASTSIM, one flexibility",
             3: "FASTSIM, three flexibilities", 4: "third body", 5: "FaStrip",
-        }),
+        }, {6: RESERVED, 7: RESERVED}),
         Digit("Z", "ZTRACK", "2.3", {
             0: AS_BEFORE, 1: "new dimensions", 2: "new deviations", 3: "all new",
         }),

@@ -9,7 +9,7 @@ N, velocities in mm/s.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, overload
@@ -29,6 +29,7 @@ from varcontact.io.contact_material import (
     thermal_of,
 )
 from varcontact.io.contact_words import Group, located
+from varcontact.wheel_rail.curve import smoothed_in_third_order
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
@@ -551,10 +552,7 @@ def _track(
     curvature = dimensions.option(0, 0.0)
     if curvature != 0:
         rails["curve_radius"] = 1 / curvature
-    if height > 0:
-        if second not in (0, 1):
-            reason = "is not supported: the gauge is that of the innermost face; supported: 0, 1"
-            dimensions.refuse("GAUGSQ", second, reason)
+    if height > 0:  # GAUGSQ does nothing in CONTACT
         return Track(gauge=third, gauge_height=height, **rails), 0.0
     # the rail's origin is given; its top has the height 0 here, and the gauge may be measured
     # anywhere
@@ -579,8 +577,8 @@ def _profile(groups: tuple[Group, ...], kind: Kind, folder: Path) -> Any:
     if len(groups) > 1:
         more = groups[1]
         method = int(more.number(0))
-        if method not in (0, 1):
-            more.refuse("ISMOOTH", method, "is not supported; supported: 0, 1")
+        if method not in (0, 1, 2):
+            more.refuse("ISMOOTH", method, "is not supported; supported: 0, 1, 2")
     for word, value in (("MIRRORY", group.number(1)), ("MIRRORZ", group.option(0, 0.0))):
         if value not in (-1, 0, 1):
             group.refuse(word, value, "is not -1, 0 or 1")
@@ -598,20 +596,30 @@ def _profile(groups: tuple[Group, ...], kind: Kind, folder: Path) -> Any:
             mirror_y=mirrors.get(int(group.number(1)), "auto"),
             mirror_z=mirrors.get(int(group.option(0, 0.0))),
         )
-        if method == 0 and smooth > 0:
-            return _all_smoothed(profile, smooth)
-        return profile
+        if smooth <= 0 or method == 1:
+            return profile
+        smoother = {0: _smoothed, 2: _smoothed_in_third_order}[method]
+        return _each_smoothed(profile, smoother, smooth)
 
 
-def _all_smoothed(profile: Any, weight: float) -> Any:
-    """A profile, or all of slices, with ISMOOTH = 0."""
+def _each_smoothed(
+    profile: Any, smoother: Callable[[Profile, float], Profile], smooth: float
+) -> Any:
+    """A profile, or all of slices, with ISMOOTH = 0 or 2."""
     if isinstance(profile, tuple):
-        return tuple(_all_smoothed(each, weight) for each in profile)
+        return tuple(_each_smoothed(each, smoother, smooth) for each in profile)
     if isinstance(profile, Profile):
-        return _smoothed(profile, weight)
+        return smoother(profile, smooth)
     once = {id(each): each for each in profile.profiles}
-    smoothed = {key: _smoothed(each, weight) for key, each in once.items()}
+    smoothed = {key: smoother(each, smooth) for key, each in once.items()}
     return replace(profile, profiles=[smoothed[id(each)] for each in profile.profiles])
+
+
+def _smoothed_in_third_order(profile: Profile, length: float) -> Profile:
+    """The profile with ISMOOTH = 2, through points that are smoothed."""
+    points = np.stack([profile.y, profile.z], axis=1)
+    y, z = smoothed_in_third_order(points, profile.kink_points, length).T
+    return replace(profile, y=y, z=z)
 
 
 def _smoothed(profile: Profile, weight: float) -> Profile:

@@ -227,6 +227,47 @@ def _fit(
     return np.stack([part.c[:, keep] for part in parts], axis=-1)
 
 
+def smoothed_in_third_order(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> np.ndarray:
+    """Points, shape (n, 2), on the cubic B-spline that minimises the integral of the squared
+    distance plus ``lambda`` times that of the squared third derivative, between `kinks`.
+
+    It passes a wave of length L with the factor ``1/(1 + (smoothing/L)^6)``, parabolas unchanged.
+    """
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    smooth = points.copy()
+    for a, b in pairwise([0, *kinks.tolist(), len(points) - 1]):
+        if b + 1 - a >= FEWEST:
+            section = slice(a, b + 1)
+            smooth[section] = _third_order(s[section], points[section], smoothing)
+    smooth[kinks] = points[kinks]
+    return smooth
+
+
+def _third_order(s: np.ndarray, points: np.ndarray, smoothing: float) -> np.ndarray:
+    """Points of one section, fitted to a longer one, see `_fit`."""
+    from scipy.interpolate import BSpline
+    from scipy.sparse import diags_array, eye_array
+    from scipy.sparse.linalg import splu
+
+    before, points_before = _beyond(s, points, smoothing, 0)
+    behind, points_behind = _beyond(s, points, smoothing, -1)
+    longer = np.concatenate([s[0] + before[::-1], s, s[-1] - behind])
+    along = np.concatenate([points_before[::-1], points, points_behind])
+    knots = np.concatenate([longer[:1].repeat(4), longer[2:-2], longer[-1:].repeat(4)])
+    basis = BSpline.design_matrix(longer, knots, 3)
+    # coefficients of the third derivative, which is constant between knots
+    third = eye_array(longer.size, format="csr")
+    for degree in (3, 2, 1):
+        widths = knots[degree + 1 : -1] - knots[1 : -degree - 1]
+        third = diags_array(degree / widths) @ (third[1:] - third[:-1])
+        knots = knots[1:-1]
+    strength = (smoothing / (2 * np.pi)) ** 6
+    weighted = basis.T @ diags_array(np.gradient(longer))
+    penalty = third.T @ diags_array(np.diff(knots)) @ third
+    fitted = splu((weighted @ basis + strength * penalty).tocsc()).solve(weighted @ along)
+    return np.asarray((basis @ fitted)[before.size : before.size + s.size])
+
+
 def _beyond(
     s: np.ndarray, points: np.ndarray, smoothing: float, end: int
 ) -> tuple[np.ndarray, np.ndarray]:

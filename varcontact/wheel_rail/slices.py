@@ -15,17 +15,15 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_words import Lines
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.profile_shape import guess_mirror_z
+from varcontact.wheel_rail.slices_file import read_slices_file
 
 SLICES = (".slcs", ".slcw")
 """Endings of CONTACT's files."""
-TOGETHER = 1e-3
-"""Spacing below which CONTACT refuses slices [mm]."""
 TABLE = 0.25
 """Step along a section where the search for its points begins [mm]."""
 STEPS = 8
@@ -65,6 +63,9 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
     features : array_like, shape (n, m), optional
         Arc lengths from the first point of each profile at which they
         correspond [mm]; its ends if not given.
+    kinks : sequence of int
+        Inner features, from 0, at which sections have a kink: their direction
+        jumps there, as it does at those of the profiles.
     approximating : bool
         Whether slices are the control points of a cubic B-spline, which passes
         near them, as CONTACT's approximating spline; the spline passes through
@@ -100,6 +101,7 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
     positions: Any
     z: Any = 0.0
     features: Any = None
+    kinks: Sequence[int] = ()
     approximating: bool = False
 
     def __post_init__(self) -> None:
@@ -114,6 +116,7 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
             )
         if self.features is not None:
             set_(self, "features", _checked_features(self.features, positions.size))
+        set_(self, "kinks", _checked_kinks(self.kinks, self.features))
         set_(self, "profiles", profiles)
         set_(self, "positions", positions)
         set_(self, "z", np.broadcast_to(z, positions.shape) + 0.0)
@@ -180,50 +183,32 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
         """
         file = checks.file_name("path", path)
         scale = checks.positive("scale", scale)
-        # the header
-        lines = Lines(file)
-        offset, by_unit = lines.group("S_OFFSET", "S_SCALE").numbers()
-        (count,) = lines.group("NSLC").integers()
-        feature_count, *other_counts = lines.group("NFEAT", "NKINK", "NACCEL").integers()
-        approximating = _read_method(lines)
-        # positions, and the profiles there
-        closest = TOGETHER if kind == "rail" else 0
-        positions: list[float] = []
-        profiles: list[Profile] = []
-        by_name: dict[str, Profile] = {}
-        for _ in range(count):
-            group = lines.group("S", "a profile")
-            name = group.values[1].strip("'\"").replace("\\", "/")
-            positions.append(by_unit * (offset + group.number(0)))
-            if mirror_z is None:
-                mirror_z = guess_mirror_z(file.parent / name, kind, scale)
-            if name not in by_name:
-                by_name[name] = Profile.read(
-                    file.parent / name,
-                    kind,
-                    mirror_y=mirror_y,
-                    mirror_z=mirror_z,
-                    scale=scale,
-                    smoothing=smoothing,
-                    kinks=kinks,
-                )
-            profiles.append(by_name[name])
-            if len(positions) > 1 and positions[-1] - positions[-2] <= closest:
-                group.refuse("S", positions[-1], f"of slice {len(positions)} is out of order")
-        if feature_count <= 1:
-            return cls(profiles=profiles, positions=positions, approximating=approximating)
-        # their features
-        if mirror_y is True:
-            reason = (
-                f"mirror_y: {file.name} has features by arc length from the first point; "
-                "mirror the profiles"
+        mirrored = mirror_z
+
+        def profile_of(path: Path) -> Profile:
+            # all as the first one
+            nonlocal mirrored
+            if mirrored is None:
+                mirrored = guess_mirror_z(path, kind, scale)
+            return Profile.read(
+                path,
+                kind,
+                mirror_y=mirror_y,
+                mirror_z=mirrored,
+                scale=scale,
+                smoothing=smoothing,
+                kinks=kinks,
             )
-            raise SceneError("mirror_y", True, message=reason)
-        for more in filter(None, other_counts):
-            lines.array("kinks", more)
-        features = _read_features(lines, feature_count, profiles)
-        whole = cls(profiles=profiles, positions=positions, approximating=approximating)
-        rails = tuple(_rails_of(whole, features))
+
+        found = read_slices_file(file, kind, profile_of)
+        whole = cls(
+            profiles=found.profiles,
+            positions=found.positions,
+            approximating=found.approximating,
+        )
+        if found.features is None:
+            return whole
+        rails = tuple(_rails_of(whole, found.features, found.kinks))
         if len(rails) == 1:
             return rails[0]
         return rails
@@ -266,25 +251,21 @@ def _checked_features(given: Any, count: int) -> np.ndarray:
     return features
 
 
-def _read_method(lines: Lines) -> bool:
-    """True for the approximating spline."""
-    method = lines.group("S_METHOD")
-    if method.integers()[0] not in (1, 2):
-        method.refuse(
-            "S_METHOD", method.values[0], "is neither 1 (interpolating) nor 2 (approximating)"
-        )
-    return method.values[0] == "2"
+def _checked_kinks(given: Any, features: np.ndarray | None) -> tuple[int, ...]:
+    """Numbers of inner features, ascending."""
+    numbers = np.unique(checks.numbers("slices.kinks", given))
+    last = 0 if features is None else features.shape[1] - 1
+    if not np.all((numbers == np.rint(numbers)) & (numbers >= 1) & (numbers < last)):
+        allowed = f"numbers of inner features, 1 to {last - 1}" if last > 1 else "none: no features"
+        raise SceneError("slices.kinks", given, allowed)
+    return tuple(numbers.astype(int).tolist())
 
 
-def _read_features(lines: Lines, count: int, profiles: list[Profile]) -> np.ndarray:
-    """Arc lengths of features in each profile, within its length."""
-    rows = [lines.array("features", count + 1).numbers()[1:] for _ in profiles]
-    return np.minimum(np.array(rows), [[each.curve.s[-1]] for each in profiles])
-
-
-def _rails_of(slices: ProfileSlices, features: np.ndarray) -> Iterator[ProfileSlices]:
+def _rails_of(
+    slices: ProfileSlices, features: np.ndarray, kinks: Sequence[int]
+) -> Iterator[ProfileSlices]:
     """Slices of each rail with its features, by a table of arc lengths, negative where a slice
-    lacks a feature.
+    lacks a feature; of `kinks` those of its own.
     """
     profiles = cast(Sequence[Profile], slices.profiles)
     present = (features[:, :-1] >= 0) & (features[:, 1:] >= 0)  # between two features
@@ -294,10 +275,13 @@ def _rails_of(slices: ProfileSlices, features: np.ndarray) -> Iterator[ProfileSl
         if rows.size:
             own = features[rows, first : last + 1]
             ascends = (np.diff(own, axis=1) > 0).all(axis=0)
+            counted = np.concatenate([[True], ascends])
+            numbers = (first + np.flatnonzero(counted)).tolist()
             yield ProfileSlices(
                 profiles=[profiles[i] for i in rows.tolist()],
                 positions=slices.positions[rows],
-                features=own[:, np.concatenate([[True], ascends])],
+                features=own[:, counted],
+                kinks=[k for k, number in enumerate(numbers[:-1]) if k > 0 and number in kinks],
                 approximating=slices.approximating,
             )
 
@@ -324,6 +308,7 @@ class Surface:
     weights: np.ndarray
     period: float = np.inf
     approximating: bool = False
+    kinks: tuple[int, ...] = ()
 
     @lazy_property
     def _weights(self) -> Any:
@@ -355,7 +340,12 @@ class Surface:
     def s(self) -> np.ndarray:
         """v along a section, `TABLE` apart."""
         count = int(np.diff(self.features, axis=1).sum(axis=1).max() / TABLE)
-        return np.linspace(0.0, self.features.shape[1] - 1, max(count, 2) + 1)
+        v = np.linspace(0.0, self.features.shape[1] - 1, max(count, 2) + 1)
+        if not self.kinks:
+            return v
+        # beside a kink nothing but the kink
+        beside = np.abs(v[:, None] - np.array(self.kinks)).min(axis=1) < (v[1] - v[0]) / 2
+        return np.sort(np.concatenate([v[~beside], self.kinks]))
 
     def points(self, at: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Points, and their derivatives by position and by v, shape (3, ..., 2)."""
@@ -415,7 +405,8 @@ class Surface:
 
     def section(self, at: float) -> Curve:
         """The section at a position, as a curve."""
-        return spline(self.points(np.array(at), self.s)[0], np.zeros(0, dtype=int), 0.0)
+        kinks = np.searchsorted(self.s, np.array(self.kinks, dtype=float))
+        return spline(self.points(np.array(at), self.s)[0], kinks, 0.0)
 
 
 def _approximation(at: np.ndarray, values: np.ndarray) -> Any:
@@ -441,6 +432,7 @@ def surface_of(
     """
     profiles = cast(Sequence[Profile], slices.profiles)
     features = slices.features
+    sections_kinks = tuple(slices.kinks)
     # one curve for each profile, or, as features are of slices, for each slice
     keys = list(range(len(profiles)))
     if features is None:
@@ -451,11 +443,19 @@ def surface_of(
         features = np.array([curve.s[[0, -1]] for curve in curves])
     elif backwards:
         features = np.array([[curve.s[-1]] for curve in curves]) - features[:, ::-1]
+        last = features.shape[1] - 1
+        sections_kinks = tuple(last - k for k in reversed(sections_kinks))
     weights = np.eye(len(curves))[[different.index(key) for key in keys]]
     period = 2 * np.pi if slices.kind == "wheel" else np.inf
     weights = np.concatenate([weights, slices.z[:, None]], axis=1)
     return Surface(
-        slices.positions + shift, curves, features, weights, period, slices.approximating
+        positions=slices.positions + shift,
+        curves=curves,
+        features=features,
+        weights=weights,
+        period=period,
+        approximating=slices.approximating,
+        kinks=sections_kinks,
     )
 
 
