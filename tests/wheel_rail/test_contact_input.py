@@ -445,7 +445,7 @@ def test_slices_have_kinks_at_features(folder):
         path.write_text(whole.replace(old, new))
         refused(lambda: ProfileSlices.read(path, "rail"), words=words)
     refused(lambda: replace(found, kinks=(2,)), words="numbers of inner features, 1 to 1")
-    refused(lambda: replace(found, features=None), words="none: no features")
+    refused(lambda: replace(found, features=None), words="none: there are no features")
 
 
 def test_slices_of_a_wheel_are_round_beyond_the_last_one(folder):

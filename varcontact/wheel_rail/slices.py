@@ -254,9 +254,12 @@ def _checked_features(given: Any, count: int) -> np.ndarray:
 def _checked_kinks(given: Any, features: np.ndarray | None) -> tuple[int, ...]:
     """Numbers of inner features, ascending."""
     numbers = np.unique(checks.numbers("slices.kinks", given))
-    last = 0 if features is None else features.shape[1] - 1
+    last = 0
+    allowed = "none: there are no features"
+    if features is not None:
+        last = features.shape[1] - 1
+        allowed = f"numbers of inner features, 1 to {last - 1}"
     if not np.all((numbers == np.rint(numbers)) & (numbers >= 1) & (numbers < last)):
-        allowed = f"numbers of inner features, 1 to {last - 1}" if last > 1 else "none: no features"
         raise SceneError("slices.kinks", given, allowed)
     return tuple(numbers.astype(int).tolist())
 

@@ -46,7 +46,7 @@ def read_slices_file(file: Path, kind: Kind, profile_of: Callable[[Path], Profil
     counts = lines.read("NFEAT:i, NKINK:i, NACCEL:i")
     approximating = _read_method(lines)
     # positions, and the profiles there
-    closest = TOGETHER if kind == "rail" else 0.0
+    closest = {"rail": TOGETHER, "wheel": 0.0}[kind]
     positions: list[float] = []
     profiles: list[Profile] = []
     by_name: dict[str, Profile] = {}
@@ -62,7 +62,7 @@ def read_slices_file(file: Path, kind: Kind, profile_of: Callable[[Path], Profil
     found = SlicesFile(np.array(positions), tuple(profiles), approximating)
     number, kinks, accelerations = counts.integers()
     if number <= 1:
-        return _around_wheel(found) if kind == "wheel" else found
+        return {"rail": found, "wheel": _around_wheel(found)}[kind]
     # their features
     at = _read_parts(lines, "KINK", kinks, number)
     # where the curvature jumps, splines through points .25 mm apart follow by themselves
