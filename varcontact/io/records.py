@@ -53,6 +53,7 @@ from varcontact.system.files import (
 from varcontact.system.process import need
 
 if TYPE_CHECKING:
+    import h5py
     import xarray as xr
 
 MAGIC = b"CDF\x02"
@@ -355,26 +356,44 @@ def _changed_settings(stored: dict[str, Any], described: dict[str, Any]) -> str:
 def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, Any]]:
     """The records of a sweep, those that are not whole as if nothing were there; their coordinates,
     and what it is.
+
+    By h5py: xarray opens each of the thirty variables, which takes twenty times as long.
     """
-    import xarray as xr
+    import h5py
 
     with reading(path, "cannot be read as a sweep"):
         checked_index(path)
         need(
             "the sweep in the file", 3.0 * path.stat().st_size, "a sweep of fewer scenes would fit"
         )
-        as_stored: dict[str, Any] = {"concat_characters": False, "decode_times": False}
-        with xr.open_dataset(path, engine="h5netcdf", **as_stored) as opened:
-            data = opened.load()
-        described = json.loads(data.attrs["sweep"])
-        coordinates = xr.Dataset(coords={dim: data[dim] for dim in data["check"].dims}).coords
-        there = np.zeros(data["check"].size, record_type(described["settings"], coordinates))
-        for name in there.dtype.names or ():
-            there[name] = np.ascontiguousarray(data[name].values).view(there.dtype[name]).ravel()
+        with h5py.File(path) as file:
+            described = json.loads(file.attrs["sweep"])
+            coordinates = _coordinates(file)
+            there = np.zeros(file["check"].size, record_type(described["settings"], coordinates))
+            for name in there.dtype.names or ():
+                stored = np.ascontiguousarray(file[name][()])
+                there[name] = stored.view(there.dtype[name]).ravel()
     done = finished(there)
     records = blank(len(there), there.dtype)
     records[done] = there[done]
     return records, coordinates, described
+
+
+def _coordinates(file: h5py.File) -> xr.Coordinates:
+    """What is varied in the sweep of a netCDF-4 file: values, units and names."""
+    import h5py
+    import xarray as xr
+
+    found = {}
+    for scales in file["check"].dims:
+        scale = scales[0]
+        values = scale[()]
+        if h5py.check_string_dtype(scale.dtype):
+            values = scale.asstr()[()].astype(str)
+        said = {name: scale.attrs[name] for name in ("units", "long_name") if name in scale.attrs}
+        dim = scale.name.removeprefix("/")
+        found[dim] = dim, values, said
+    return xr.Dataset(coords=found).coords
 
 
 Index = dict[str, tuple[int, int]]
