@@ -335,7 +335,7 @@ def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
     (" 022020 ", " 022220 ", "line 11: K0_MF = 'IPOTCN' is not a number"),
     (" 022020 ", " 022029 ", "ends before 24 values of EXRHS"),
     (" 022020 ", " 1022020 ", "line 4: V (VARFRC) = 1 is not supported: by inclination, friction varies on rails"),
-    (" 022020  ", " 022020 1 ", "line 4: M2 (MATER2) = 1 is not supported: damping"),
+    (" 022020  ", " 022020 3 ", "line 4: M2 (MATER2) = 3 is not 0, 1 or 2"),
     (" 022020 ", " 002000 ", "line 4: D (DISCNS) = 0 keeps the elements of the case before, and there is none: use D = 2"),
     (" 0000001 ", " 2000001 ", "line 5: H (HEAT) = 2 is not supported; supported: 0 (no temperatures)"),
     (" 0000001 ", " 0000004 ", "line 5: R (RETURN) = 4 is not supported; supported: 0 (calculate), 1 (calculate), 2"),
@@ -577,3 +577,28 @@ def test_the_second_rational_term_falls_with_the_square(tmp_path):
     (scene,) = read(tmp_path, (old, "0.2 0.1 50. 0.05 20.\n 0 1"), (" 022020 ", " 322020 "))
     expected = 0.2 + 0.1 / (1 + 30.0 / 50.0) + 0.05 / (1 + (30.0 / 20.0) ** 2)
     assert scene.friction.on(np.array([[30.0 / 5000]])) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("damping", [0, 1, 2])
+def test_damping_changes_no_force_that_is_printed(tmp_path, damping):
+    """The guide, section 4.1.6: forces of damping are not in the output."""
+    entries = (" 022020  ", f" 022020 {damping} ")
+    changes = [entries]
+    if damping == 2:
+        material = " 0.28  0.28  82000. 82000.    POISS 1,2, GG 1,2"
+        changes.append((material, f"{material}\n 1. 1. 1e3 1e3  CDAMPN, CDAMPT, DFNMAX, DFTMAX"))
+    (known,) = read(tmp_path)
+    (scene,) = read(tmp_path, *changes)
+    assert scene.motion == known.motion
+    assert scene.bodies == known.bodies
+
+
+def test_errors_name_one_line(tmp_path):
+    """That of the entry which is wrong, where another group asks for it."""
+    conformal = (
+        (" 022020 ", " 024020 "),
+        (" 0.28  0.28  82000.", " 1 1 2\n -2 0 2 1d\n .28 .28 82000."),
+    )
+    refused(
+        lambda: read(tmp_path, *conformal), match=r"^[^,]*case.inp, line 10: VARIANT = 1 is not"
+    )

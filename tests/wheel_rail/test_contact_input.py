@@ -314,7 +314,7 @@ def test_profiles_are_smoothed_in_the_third_order(folder):
     (" 0022033 ", " 0023033 ", "line 5: C (INFLCF) = 3 is not supported: tractions are constant on elements here; "),
     (" 0022033 ", " 0022633 ", "line 5: M (MATER) = 6 is not supported: it is reserved in CONTACT; supported: 0 (elastic)"),
     (" 0022033 ", " 0022036 ", "line 5: E (EWHEEL) = 6 is not supported; supported: 0 (as before)"),
-    (" 0022033  ", " 0022033 1 ", "line 5: M2 (MATER2) = 1 is not supported: damping of the bodies"),
+    (" 0022033  ", " 0022033 2 ", "line 9: CDAMPN"),
     (" 0022033 ", " 0002033 ", "line 10: line = 4.0 is a number too many behind GAUGHT"),
     (" 0001331 ", " 0001333 ", "holds no case that is to be calculated"),
     ("8.0   4.0 ", "4.0   8.0 ", "line 3: separate = 4.0 is not allowed: must be at least join, 8 mm"),

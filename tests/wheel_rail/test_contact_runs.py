@@ -8,6 +8,7 @@ import pytest
 import varcontact as vc
 from tests.command import assert_bad_input
 from tests.command import run as run_command
+from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA
 from tests.wheel_rail.test_contact_input import PLACE, RATES, RIG, TRACK, read
 from varcontact.study.contact_comparison import compared, compared_stresses
@@ -258,6 +259,42 @@ def test_friction_varies_by_inclination_and_along_the_track(profiles):
     along = (" 0022033 ", " 2022033 "), ("  0.300   0.300 ", " 2\n 0. 0.2 0.2\n 100. 0.3 0.3\n %")
     (case,) = cases(profiles, *along, (PLACE, PLACE.replace("0.0", "60.", 1)))
     assert case.wheel.friction == pytest.approx(0.26)
+
+
+def test_laws_vary_along_the_track(profiles):
+    """Their parameters are linear between the places."""
+    along = (
+        (" 0022033 ", " 2422033 "),
+        (
+            "  0.300   0.300 ",
+            " 2\n 0. 0.2 0.1 50. 0. 1.\n 100. 0.3 0.2 70. 0. 1.\n 0. 1.\n %",
+        ),
+    )
+    (case,) = cases(profiles, *along, (PLACE, PLACE.replace("0.0", "25.", 1)))
+    law = case.wheel.friction
+    assert (law.kinetic, law.static, law.half_velocity) == pytest.approx((0.225, 0.35, 55.0))
+    equal = along[0], (along[1][0], along[1][1].replace("100.", "0."))
+    refused(lambda: read(profiles, *equal), words="SVF = [0.0, 0.0] does not ascend")
+    inclined = (" 0022033 ", " 1422033 "), along[1]
+    refused(lambda: read(profiles, *inclined), words="friction that varies by inclination is not")
+
+
+@pytest.mark.parametrize(("distance", "back"), [(0.0, 0.0), (-140.0, -70.0), (-110.0, -55.0)])
+def test_a_single_wheel_is_above_the_middle_of_the_axle(profiles, distance, back):
+    """The guide, section 3.1: FBDIST = 2 FBPOS, and a rail at RAILY0 = 0."""
+    place = (TRACK, " -1. 0. 0. 0. "), ("  1360.0  -70.0   460.0 ", f" {distance} {back} 460. ")
+    (case,) = cases(profiles, *place)
+    assert case.wheel.wheelset.middle == 0.0
+    assert case.wheel.track.origin[0] == pytest.approx(0.0, abs=1e-9)
+    (known,) = cases(profiles, (TRACK, " -1. 750. 0. 0. "))
+    assert case.wheel.touching == pytest.approx(known.wheel.touching, abs=1e-9)
+
+
+def test_damping_of_wheels_is_refused_where_it_acts(profiles):
+    (case,) = cases(profiles, (" 0022033  ", " 0022033 1 "))
+    assert not case.reason
+    damped = (" 0022033  ", " 0022033 2 "), ("  0.200   0.200   1.000", " 1 1 1 1\n .2 .2 1.")
+    refused(lambda: read(profiles, *damped), words="M2 (MATER2) = 2 is not supported: damping")
 
 
 def test_patches_are_compared_by_their_place():

@@ -49,6 +49,16 @@ class CaseInput:
         """True unless it is skipped."""
         return self.controls["RETURN"] <= 1
 
+    @property
+    def damped(self) -> bool:
+        """True with M2 = 2, or with M2 = 1 where that is what a case keeps.
+
+        CONTACT prints forces without those of damping, which only wheels under given forces feel.
+        """
+        if self.controls.damping == 1:
+            return self.before is not None and self.before.damped
+        return self.controls.damping == 2
+
     def needs(self, key: str, digit: str, what: str, remedy: str) -> Any:
         """An entry, given or kept; a digit is refused where no case gives it."""
         if key not in self.entries:

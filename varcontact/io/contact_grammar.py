@@ -204,11 +204,14 @@ class Controls:
 
     def check_supported(self) -> None:
         """Refuse the first digit that has no counterpart here."""
-        for name, (digit, value, group) in self._digits.items():
+        for name, (digit, value, _) in self._digits.items():
             if value in digit.refused:
                 self.refuse(name, f"is not supported: {digit.refused[value]}")
-            if name == "MATER" and self.damping != 0:
-                group.refuse("M2 (MATER2)", self.damping, "is not supported: damping of the bodies")
+
+    def refuse_damping(self) -> NoReturn:
+        """Refuse M2 = 1 or 2, which stands behind the second control word."""
+        _, _, group = self._digits["MATER"]
+        group.refuse("M2 (MATER2)", self.damping, "is not supported: damping of the bodies")
 
 
 def _values(word: str, group: Group) -> list[int]:

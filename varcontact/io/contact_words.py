@@ -126,6 +126,8 @@ def located(group: Group) -> Iterator[None]:
     try:
         yield
     except SceneError as error:
+        if str(error).startswith(f"{group.path}, line "):  # of another group
+            raise
         message = f"{group.path}, line {group.line}: {error}"
         raise SceneError(error.field, error.value, message=message) from None
 

@@ -35,7 +35,15 @@ from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.slices import SLICES, ProfileSlices
-from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet
+from varcontact.wheel_rail.track import (
+    SIGN,
+    WIDEST_FLANGE,
+    Irregularity,
+    Side,
+    Track,
+    WheelSet,
+    flange_tip,
+)
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 SIDES: dict[int, Side] = {0: "left", 1: "right", 4: "left", 5: "right"}
@@ -368,7 +376,12 @@ class _Reader:
         radius += _tape(group, wheel)
 
         def make() -> WheelSet:
-            return WheelSet(wheel=wheel, radius=radius, inside_distance=distance, flange_back=back)
+            # CONTACT places wheels by FBDIST/2 - FBPOS alone, wherever their flanges are
+            places = {"inside_distance": distance, "flange_back": back}
+            tip = flange_tip(_first(wheel))
+            if tip is not None and not 0 <= tip - back <= WIDEST_FLANGE:
+                places = {"inside_distance": distance + 2 * (tip - back), "flange_back": tip}
+            return WheelSet(wheel=wheel, radius=radius, **places)
 
         with located(group):
             wheelset: WheelSet = self._once((group, id(wheel)), make)
@@ -381,16 +394,25 @@ class _Reader:
 def _tape(group: Group, wheel: Any) -> float:
     """What the radius at the profile's origin is more than that at its tape circle."""
     place = group.option(0, NO_TAPE)
-    profile = wheel if isinstance(wheel, Profile) else wheel.first
+    profile = _first(wheel)
     on_profile = profile.y.min() <= place <= profile.y.max()
     if abs(place) >= NO_TAPE or not on_profile:
         return 0.0
     return -float(profile.z_at(np.array([place]))[0])
 
 
+def _first(wheel: Profile | ProfileSlices) -> Profile:
+    """A wheel's profile, or its first slice."""
+    if isinstance(wheel, Profile):
+        return wheel
+    return wheel.first
+
+
 def _check_supported(case: CaseInput) -> None:
     """Refuse what digits ask for that a wheel on a rail has not here."""
     controls = case.controls
+    if case.damped:
+        controls.refuse_damping()
     if controls["CONFIG"] >= 4:
         _check_roller(case)
     if controls["TANG"] in (SHIFT, TRANSIENT) and controls["DISCNS"] in (CONFORMAL, *BY_ELEMENT):
@@ -503,18 +525,29 @@ def _friction(case: CaseInput, speed: float, s: float) -> Any:
     varies = case.controls["VARFRC"]
     if varies == 0:
         return friction_law(law, groups[0], groups, speed)
+    if varies == 2:
+        return friction_law(law, _at_place(groups, law, s), groups, speed)
     if law != 0:
-        case.controls.complain("FRCLAW", "of friction that varies is not supported; supported: 0")
+        why = "of friction that varies by inclination is not supported; supported: 0"
+        case.controls.complain("FRCLAW", why)
     coefficients: list[Any] = [friction_law(law, group, groups, speed) for group in groups]
-    if varies == 1:
-        # to the track side angles are negative there, positive here
-        angles = [-group.angle(0) for group in groups]
-        with located(groups[0]):
-            return FrictionByAngle(angles[::-1], coefficients[::-1], by_patch=True)
-    places = [group.number(0) for group in groups]
+    # to the track side angles are negative there, positive here
+    angles = [-group.angle(0) for group in groups]
+    with located(groups[0]):
+        return FrictionByAngle(angles[::-1], coefficients[::-1], by_patch=True)
+
+
+def _at_place(groups: tuple[Group, ...], law: int, s: float) -> Group:
+    """The entries of a friction law at a place along the track, linear between those given."""
+    rows = groups
+    if law != 0:  # the last has the memory
+        rows = groups[:-1]
+    places = [group.number(0) for group in rows]
     if np.any(np.diff(places) <= 0):
-        groups[0].refuse("SVF", places, "does not ascend")
-    return float(np.interp(s, places, coefficients))
+        rows[0].refuse("SVF", places, "does not ascend")
+    values = np.transpose([group.numbers() for group in rows])
+    here = [float(np.interp(s, places, row)) for row in values]
+    return replace(rows[0], values=tuple(map(repr, here)))
 
 
 def _grid(case: CaseInput) -> dict[str, Any]:

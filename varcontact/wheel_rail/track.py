@@ -312,7 +312,12 @@ class Track(
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_back=checks.number):
+class WheelSet(
+    checks.Checked,
+    path="wheelset",
+    radius=checks.positive,
+    **dict.fromkeys(("inside_distance", "flange_back"), checks.number),
+):
     """Two wheels of the same profile on an axle.
 
     Parameters
@@ -322,8 +327,8 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
     radius : float
         Nominal radius of the wheels, where the profile's z is 0 [mm].
     inside_distance : float
-        Distance of the flange backs [mm]: 0 for the only wheel of a test rig,
-        with `flange_back` = 0 where its profile is in the middle of the axle.
+        Distance of the flange backs [mm]; of the only wheel of a test rig, whose
+        profile is in the middle of the axle, twice `flange_back`.
     flange_back : float
         y of the flange back in the wheel's profile [mm].
 
@@ -354,20 +359,17 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
     def __post_init__(self) -> None:
         _check_profile("wheelset.wheel", self.wheel, "wheel")
         super().__post_init__()
-        object.__setattr__(
-            self,
-            "inside_distance",
-            checks.at_least_zero("wheelset.inside_distance", self.inside_distance),
-        )
+        if self.inside_distance < 0 and self.middle < 0:
+            allowed = "zero or positive, or twice flange_back of a single wheel"
+            raise SceneError("wheelset.inside_distance", self.inside_distance, allowed)
         smallest = self.radius + float(self.profile.z.min())
         if smallest <= 0:
             allowed = (
                 f"in millimetres: where the wheel's profile is highest it leaves {smallest:.3g} mm"
             )
             raise SceneError("wheelset.radius", self.radius, allowed)
-        profile = self.profile
-        tip = float(profile.y[profile.z.argmax()])
-        if flange(profile.y, profile.z) < 0 and not 0 <= tip - self.flange_back <= WIDEST_FLANGE:
+        tip = flange_tip(self.profile)
+        if tip is not None and not 0 <= tip - self.flange_back <= WIDEST_FLANGE:
             allowed = (
                 "the y of the flange's back in the coordinates of the profile: "
                 f"its tip is at y = {tip:.4g} mm"
@@ -416,6 +418,13 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
         return surface_of(
             self._slices, partial(self._on_axle, side=side), pitch, backwards=side == "left"
         )
+
+
+def flange_tip(profile: Profile) -> float | None:
+    """y of the tip of a wheel's flange [mm]; None of a wheel without one."""
+    if flange(profile.y, profile.z) >= 0:
+        return None
+    return float(profile.y[profile.z.argmax()])
 
 
 def _check_profile(field: str, given: Any, kind: str) -> None:
