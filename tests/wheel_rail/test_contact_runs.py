@@ -290,6 +290,51 @@ def test_a_single_wheel_is_above_the_middle_of_the_axle(profiles, distance, back
     assert case.wheel.touching == pytest.approx(known.wheel.touching, abs=1e-9)
 
 
+MATERIAL = "  0.280   0.280   82000.  82000. "
+
+
+def forces(folder, *changes):
+    (run,) = run_wheels(cases(folder, COARSEST, *changes))
+    assert not run.reason
+    (patch,) = run.patches
+    return np.array([patch[name] for name in ("FN", "FX", "FS", "PMAX")])
+
+
+def test_viscoelastic_wheels_are_between_their_limits(profiles):
+    """M = 1: relaxed at once they have the modulus G/(1 + FG), and that of glass if never."""
+
+    def visco(time):
+        return (" 0022033 ", " 0022133 "), (MATERIAL, f"{MATERIAL}\n 1. 1. {time} {time}\n %")
+
+    soft = forces(profiles, (MATERIAL, " .28 .28 41e3 41e3 "))
+    hard = forces(profiles)
+    assert forces(profiles, *visco(1e-7)) == pytest.approx(soft, rel=2e-3, abs=1.0)
+    assert forces(profiles, *visco(1e5)) == pytest.approx(hard, rel=2e-3, abs=1.0)
+    between = forces(profiles, *visco(1e-3))[3]
+    assert soft[3] < between < hard[3]
+    in_time = (" 1203100 ", " 1202100 "), *visco(1e-3)
+    refused(lambda: read(profiles, *in_time), words="M (MATER) = 1 needs steady rolling, T = 3")
+
+
+def test_wheels_of_simplified_theory(profiles):
+    """M = 2, 3: the pressure of half-spaces, saturated tractions, and the load of all forces."""
+    slope = (" 0022033 ", " 0022333 "), (MATERIAL, f"{MATERIAL}\n 1. 1. 1.\n %")
+    marched = forces(profiles, *slope)
+    exact = forces(profiles)
+    assert marched == pytest.approx(exact, abs=0.05 * exact[0])
+    turned = (RATES, " 0.0 0.0 -5.0 ")
+    saturated = forces(profiles, *slope, turned)
+    assert saturated[1] == pytest.approx(0.3 * saturated[0], rel=1e-3)
+    own = (" 0022033 ", " 0022233 "), (MATERIAL, f"{MATERIAL}\n 1e-9 1. 1. 1.\n %")
+    assert np.hypot(*forces(profiles, *own)[1:3]) > 0.29 * exact[0]  # hardly gives way
+    for change, words in (
+        ((" 1203100 ", " 1202100 "), "needs steady rolling (T = 3) by creepages (F = 0)"),
+        ((" 0022033 ", " 0022533 "), "FaStrip is for Hertz's contact"),
+    ):
+        changes = [change] if "FaStrip" in words else [change, *slope]
+        refused(lambda changes=changes: read(profiles, *changes), words=words)
+
+
 def test_damping_of_wheels_is_refused_where_it_acts(profiles):
     (case,) = cases(profiles, (" 0022033  ", " 0022033 1 "))
     assert not case.reason

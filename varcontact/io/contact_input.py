@@ -383,6 +383,8 @@ class _Case:
         theory = self.controls["MATER"] in (2, 3, 5)
         if ipotcn >= -3:
             return bound == 3 and not theory
+        if ipotcn == -6:
+            theory = self.controls["MATER"] == 5
         allowed: tuple[int, ...] = (2, 3)
         if ipotcn == -6:
             allowed = (4,)
@@ -461,9 +463,13 @@ class _Case:
 
     def _choose_theory(self, bound: int, material: int) -> None:
         """FASTSIM or FaStrip, for which bodies are half-spaces here."""
-        if bound not in (2, 3) or self.controls["TANG"] != STEADY or self.controls["FORCE"] != 0:
+        wanted = (0, 2, 3, 4)
+        if material == 5:
+            wanted = (2, 3)
+        steady = self.controls["TANG"] == STEADY and self.controls["FORCE"] == 0
+        if bound not in wanted or not steady:
             why = (
-                "is not supported: simplified theory here has Hertz's contact (B = 2 or 3) "
+                f"is not supported: simplified theory here has B = {', '.join(map(str, wanted))} "
                 "in steady rolling (T = 3) by creepages (F = 0)"
             )
             self.controls.complain("MATER", why)
@@ -476,9 +482,10 @@ class _Case:
         if material == 5:
             self.methods["tangential"] = "fastrip"
             return
-        self.methods["tangential"] = THEORIES[bound]
+        if bound in THEORIES:
+            self.methods["tangential"] = THEORIES[bound]
         self.simplified = {
-            "elliptic": bound == 2,
+            "elliptic": {2: True, 3: False}.get(bound),
             "flexibility": flexibility,
             "slope": tuple(slope),
         }

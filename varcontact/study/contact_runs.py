@@ -62,7 +62,6 @@ def _run(case: ContactCase, solved: dict[int, CaseRun]) -> CaseRun:
     if case.scene is None:
         return CaseRun(case, reason=case.reason)
     scene = case.scene
-    note = ""
     try:
         if case.before is not None:
             start = solved[case.before.number].solution
@@ -72,13 +71,7 @@ def _run(case: ContactCase, solved: dict[int, CaseRun]) -> CaseRun:
         if case.simplified is not None:
             return _simplified(case, scene)
         scene = _with_forces(case, scene)
-        try:
-            solution = _solved(scene, case.methods)
-        except SceneError as error:
-            if error.field != "grid":
-                raise
-            solution = _solved(ringed(scene), case.methods)
-            note = "the contact reaches the end of the elements, and ends there"
+        solution, note = _solved_within(scene, case.methods)
     except VarcontactError as error:
         return CaseRun(case, reason=str(error))
     values = values_of(case, solution)
@@ -118,18 +111,42 @@ def stresses_of(case: ContactCase, solution: Solution) -> tuple[dict[str, float]
 def _simplified(case: ContactCase, scene: Scene) -> CaseRun:
     """Forces of CONTACT's simplified theory, as it marches over the elements."""
     assert case.simplified is not None
-    tractions = contact_fastsim(scene, SimplifiedTheory(**case.simplified))
-    assert scene.hertz is not None
+    theory = SimplifiedTheory(**case.simplified)
+    pressure = None
+    approach = {}
+    if theory.elliptic is None:
+        normal = {name: value for name, value in case.methods.items() if name == "normal"}
+        solved, _ = _solved_within(replace(scene, motion=None, friction=None), normal)
+        scene = replace(scene, grid=solved.scene.grid, surface=solved.scene.surface)
+        pressure = solved.pressure
+        normal_force = solved.normal_force
+        approach = {"APPROACH": solved.approach}
+    else:
+        assert scene.hertz is not None
+        normal_force = scene.hertz.force
+    tractions = contact_fastsim(scene, theory, pressure)
     sign = _sign(case)
     Fx, Fy = tractions.force
     values = {
-        "FN": scene.hertz.force,
+        "FN": normal_force,
         "FX": sign * float(Fx),
         "FY": float(Fy),
         "MZ": sign * tractions.moment,
         "PMAX": float(tractions.pressure.max()),
+        **approach,
     }
     return CaseRun(case, None, "", [values], "simplified theory as CONTACT marches it")
+
+
+def _solved_within(scene: Scene, methods: dict[str, Any]) -> tuple[Solution, str]:
+    """The solution on the elements, and a note where the contact ends at their end."""
+    try:
+        return _solved(scene, methods), ""
+    except SceneError as error:
+        if error.field != "grid":
+            raise
+    note = "the contact reaches the end of the elements, and ends there"
+    return _solved(ringed(scene), methods), note
 
 
 def _solved(scene: Scene, methods: dict[str, Any]) -> Solution:

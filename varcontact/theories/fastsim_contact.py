@@ -59,7 +59,8 @@ BLENDED = 3.0
 class SimplifiedTheory:
     """How CONTACT's simplified theory is asked for: the digits B and M, and their parameters."""
 
-    elliptic: bool
+    elliptic: bool | None
+    """Hertz's pressure, a parabolic one; None: that of half-spaces, which is solved for."""
     flexibility: float | None = None
     slope: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
@@ -115,8 +116,10 @@ def _asymptotes(g: float, nu: float, wide: bool) -> tuple[float, float, float]:
     return C11, C22, C23
 
 
-def contact_fastsim(scene: Scene, theory: SimplifiedTheory) -> SimplifiedTractions:
-    """Tractions of steady rolling of a Hertzian contact on its explicit grid.
+def contact_fastsim(
+    scene: Scene, theory: SimplifiedTheory, pressure: np.ndarray | None = None
+) -> SimplifiedTractions:
+    """Tractions of steady rolling of a contact on its explicit grid.
 
     Parameters
     ----------
@@ -124,35 +127,45 @@ def contact_fastsim(scene: Scene, theory: SimplifiedTheory) -> SimplifiedTractio
         With an explicit grid, half-spaces, `Steady` without prescribed forces, and a coefficient of
         friction or a law by slip.
     theory : SimplifiedTheory
+    pressure : ndarray, shape (ny, nx), optional
+        Of a contact that is not Hertzian, or is solved for; without it the theory's under Hertz's
+        load.
     """
-    march = _March(scene, theory)
+    march = _March(scene, theory, pressure)
     return SimplifiedTractions(march.grid, march.pressure, march.fastsim())
 
 
 class _March:
-    def __init__(self, scene: Scene, theory: SimplifiedTheory) -> None:
+    def __init__(self, scene: Scene, theory: SimplifiedTheory, pressure: np.ndarray | None) -> None:
         hertz = scene.hertz
         grid = scene.grid
         motion = scene.motion
         bodies = scene.bodies
-        assert hertz is not None
         assert isinstance(grid, Grid)
         assert isinstance(motion, Steady)
         assert isinstance(bodies, Bodies)
         self.grid = grid
         self.motion = motion
-        self.a = hertz.a
-        self.b = hertz.b
         self.G = bodies.combined_G
         self.nu = bodies.combined_nu
-        self.normal_force = hertz.force
         self.x, self.y = np.meshgrid(grid.x, grid.y)
         # the pressure at the centres
-        height = np.maximum(1 - (self.x / self.a) ** 2 - (self.y / self.b) ** 2, 0.0)
-        mean = hertz.force / (math.pi * self.a * self.b)
-        self.pressure = 2 * mean * height
-        if theory.elliptic:
-            self.pressure = 1.5 * mean * np.sqrt(height)
+        if pressure is None:
+            assert hertz is not None
+            self.normal_force = hertz.force
+            height = np.maximum(1 - (self.x / hertz.a) ** 2 - (self.y / hertz.b) ** 2, 0.0)
+            mean = hertz.force / (math.pi * hertz.a * hertz.b)
+            pressure = 2 * mean * height
+            if theory.elliptic:
+                pressure = 1.5 * mean * np.sqrt(height)
+        else:
+            self.normal_force = float(pressure.sum() * grid.area)
+        self.pressure = pressure
+        # semi-axes, of another contact those of its equivalent ellipse
+        self.a, self.b = self._equivalent_ellipse()
+        if hertz is not None:
+            self.a = hertz.a
+            self.b = hertz.b
         # friction and slope by one number for all
         law = scene.friction
         if isinstance(law, Law):

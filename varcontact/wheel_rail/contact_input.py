@@ -21,6 +21,7 @@ from varcontact.errors import SceneError
 from varcontact.io.contact_cases import CaseInput, read_cases
 from varcontact.io.contact_grammar import Controls
 from varcontact.io.contact_material import (
+    VISCOELASTIC,
     bodies_of,
     friction_law,
     kept_law,
@@ -29,6 +30,7 @@ from varcontact.io.contact_material import (
     thermal_of,
 )
 from varcontact.io.contact_words import Group, located
+from varcontact.theories.fastsim_contact import SimplifiedTheory
 from varcontact.wheel_rail.curve import smoothed_in_third_order
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
@@ -51,7 +53,11 @@ CONVEX_GS = 2
 """The control digit G of the one solver of CONTACT that takes any DQREL in steady rolling."""
 SHIFT = 1
 TRANSIENT = 2
+STEADY = 3
 """Values of the digit T."""
+SIMPLIFIED = (2, 3)
+FASTRIP = 5
+"""Values of the digit M."""
 NO_TAPE = 1000.0
 """YTAPE from which a wheel has no tape circle [mm]."""
 CONFORMAL = 4
@@ -110,6 +116,8 @@ class WheelCase:
         A_SEP [rad], from which CONTACT parts patches whatever their distance;
         here patches are parted by distance, and a case in which it would count
         is not run.
+    simplified : SimplifiedTheory or None
+        Where tractions are those of CONTACT's simplified theory, M = 2 or 3.
     """
 
     number: int
@@ -124,11 +132,18 @@ class WheelCase:
     before: WheelCase | None = None
     stresses: tuple[Group, ...] = ()
     separating_angle: float = math.pi / 2
+    simplified: SimplifiedTheory | None = None
 
     @property
     def alone(self) -> bool:
         """True of steady rolling by given velocities, on a rail in its place."""
-        more = (self.longitudinal_force, self.axle_moment, self.springs, self.rolled)
+        more = (
+            self.longitudinal_force,
+            self.axle_moment,
+            self.springs,
+            self.rolled,
+            self.simplified,
+        )
         return all(each is None for each in more)
 
 
@@ -268,6 +283,7 @@ class _Reader:
                 wheel=self._wheel(given),
                 separating_angle=given.entries["grid"].angle(3),
                 stresses=_stresses(given),
+                **_simplified(given),
                 **_forces(given),
                 **self._step(given),
             )
@@ -419,12 +435,40 @@ def _check_supported(case: CaseInput) -> None:
         controls.complain("DISCNS", "needs steady rolling, T = 3")
     if controls["FORCE"] != 0:
         _check_forces(controls)
-    if controls["MATER"] not in (0, 4):
-        controls.complain("MATER", "is not supported; supported: 0 (elastic), 4 (third body)")
+    _check_material(controls)
     if controls["INFLCF"] == 4 and case.entries["conformal"].integers()[1] != 4:
         group = case.entries["conformal"]
         why = "is not reciprocal, and not supported; supported: 4"
         group.refuse("VARIANT", group.integers()[1], why)
+
+
+def _check_material(controls: Controls) -> None:
+    """Refuse viscoelastic bodies and simplified theory but in steady rolling, and FaStrip."""
+    material = controls["MATER"]
+    if material == FASTRIP:
+        controls.complain("MATER", "is not supported: FaStrip is for Hertz's contact, in module 3")
+    if material == VISCOELASTIC and controls["TANG"] != STEADY:
+        controls.complain("MATER", "needs steady rolling, T = 3")
+    if material in SIMPLIFIED:
+        plain = controls["TANG"] == STEADY and controls["FORCE"] == 0 and controls["HEAT"] == 0
+        if not plain or controls["DISCNS"] in (CONFORMAL, *BY_ELEMENT):
+            why = "needs steady rolling (T = 3) by creepages (F = 0), H = 0, and D = 2 or 5"
+            controls.complain("MATER", why)
+
+
+def _simplified(case: CaseInput) -> dict[str, Any]:
+    """How simplified theory is asked for by M = 2 or 3, see `SimplifiedTheory`."""
+    material = case.controls["MATER"]
+    if material not in SIMPLIFIED:
+        return {}
+    flexibility = None
+    if material == 2:
+        group = case.needs("flexibility", "MATER", "a flexibility", "C = 2")
+        flexibility, *slope = group.numbers()
+    else:
+        slope = case.needs("slope", "MATER", "slopes", "C = 2").numbers()
+    theory = SimplifiedTheory(elliptic=None, flexibility=flexibility, slope=tuple(slope))
+    return {"simplified": theory}
 
 
 def _stresses(case: CaseInput) -> tuple[Group, ...]:

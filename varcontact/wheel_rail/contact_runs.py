@@ -8,14 +8,18 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from varcontact.errors import NoContact, SceneError, VarcontactError
+import numpy as np
+
+from varcontact.errors import NoContact, NotConverged, SceneError, VarcontactError
 from varcontact.io.contact_stresses import extremes_below, points_of
 from varcontact.results.solution import Solution
+from varcontact.theories.fastsim_contact import SimplifiedTheory, contact_fastsim
 from varcontact.wheel_rail.contact_input import RailSprings, WheelCase
 from varcontact.wheel_rail.history import wheel_on_rail_history
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.patches import joined, tangent_of
 from varcontact.wheel_rail.result import WheelRailSolution
+from varcontact.wheel_rail.wheel_on_elements import vertical
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 WheelSolver = Callable[[WheelOnRail, WheelRailSolution | None], WheelRailSolution]
@@ -27,6 +31,9 @@ DEFLECTION_FIRST = 0.1
 DEFLECTION_MAX = 12.8
 """Deflections of a rail to the side that are tried, first and at most [mm]."""
 DEFLECTION_TOL = 1e-5
+LOAD_TOL = 1e-5
+"""Of the vertical force under simplified theory."""
+LOAD_ROUNDS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +79,9 @@ def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
             yield WheelRun(case, reason=f"goes on from case {case.before.number}, not solved")
             continue
         try:
+            if case.simplified is not None:
+                yield _run_simplified(case, case.simplified)
+                continue
             solution = _solved(case, _wheel_solver(case, solved))
             _check_angles(case, solution)
             stresses = _stresses_below(case, solution)
@@ -81,6 +91,48 @@ def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
         solved[case.number] = solution
         patches = [values_of(patch) for patch in solution.patches]
         yield WheelRun(case, solution, "", patches, stresses)
+
+
+def _run_simplified(case: WheelCase, theory: SimplifiedTheory) -> WheelRun:
+    """A wheel under pressures of half-spaces, with tractions of simplified theory."""
+    wheel = case.wheel
+    assert wheel is not None
+    bare = replace(wheel, friction=0.0)
+    load = wheel.vertical_force
+    solution = bare.solve(certify="none")
+    patches, vertical_force = _marched(wheel, solution, theory)
+    # the height at which all forces together carry the load; that of the normal ones is near
+    rounds = 0
+    while load is not None and abs(vertical_force - load) > LOAD_TOL * load:
+        if rounds == LOAD_ROUNDS:
+            residual = abs(vertical_force - load) / load
+            raise NotConverged("the load under simplified theory was not met", residual)
+        rounds += 1
+        assert bare.vertical_force is not None
+        bare = replace(bare, vertical_force=bare.vertical_force * load / vertical_force)
+        solution = bare.solve(certify="none", start=solution)
+        patches, vertical_force = _marched(wheel, solution, theory)
+    _check_angles(case, solution)
+    return WheelRun(case, solution, "", patches, note="simplified theory as CONTACT marches it")
+
+
+def _marched(
+    wheel: WheelOnRail, solution: WheelRailSolution, theory: SimplifiedTheory
+) -> tuple[list[dict[str, float]], float]:
+    """Patches by CONTACT's names with tractions of simplified theory, and the vertical force."""
+    found = []
+    forces = []
+    for patch, posed in zip(solution.patches, wheel.patches(solution.z), strict=True):
+        grid = patch.solution.grid
+        scene = replace(patch.solution.scene, grid=grid, friction=posed.scene.friction)
+        scene = replace(scene, motion=posed.scene.motion)
+        tractions = contact_fastsim(scene, theory, patch.solution.pressure)
+        Fx, Fs = map(float, tractions.force)
+        values = values_of(patch)
+        found.append(values | {"FX": Fx, "FS": Fs, "MN": tractions.moment})
+        forces.append(np.array([Fx, Fs, values["FN"]]))
+    frames = [patch.patch.frame for patch in solution.patches]
+    return found, vertical(frames, forces, with_friction=True)
 
 
 def _stresses_below(case: WheelCase, solution: WheelRailSolution) -> tuple[dict[str, float], ...]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, Self, cast
+from typing import Any, ClassVar, Literal, Self, cast
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
-from varcontact.scene.bodies import Bodies
+from varcontact.scene.bodies import Bodies, BodyPair, Viscoelastic, as_bodies
 from varcontact.scene.friction import Coefficient, coefficient
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
@@ -50,7 +50,6 @@ PARTS = {
     "wheelset": WheelSet,
     "position": Position,
     "velocity": Velocity,
-    "bodies": Bodies,
 }
 ELEMENT = 0.5
 """Sides of an element [mm] where neither they nor an accuracy are given."""
@@ -131,7 +130,7 @@ class OnTrack(
     wheelset: WheelSet
     position: Position = MIDDLE
     velocity: Velocity = ROLLING
-    bodies: Bodies = STEEL
+    bodies: Bodies | BodyPair = STEEL
     dx: float | None = None
     dy: float | None = None
     join: float = 4.0
@@ -157,6 +156,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         set_ = object.__setattr__
         for name, kind in PARTS.items():
             checks.kind(name, getattr(self, name), kind)
+        set_(self, "bodies", _checked_bodies(self.bodies))
         G = self.bodies.combined_G
         if G > STIFFEST:
             reason = (
@@ -299,7 +299,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         # creepages, and the interaction of parts
         creepage = self.creepage(frame, surface.approach, z)
         speed = None
-        if self.thermal is not None:
+        if self.thermal is not None or self.bodies.relaxes:
             speed = creepage.speed
         motion = Steady(vx=creepage.vx, vy=creepage.vy, spin=creepage.spin, speed=speed)
         if self.curved or self.slip_by_element:
@@ -353,7 +353,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
     @property
     def tractions_bear_load(self) -> bool:
         """True where tractions bear a part of the vertical force, or change the pressures."""
-        return self.with_friction or self.bodies.K != 0 or self.curved
+        return self.with_friction or self.bodies.coupled or self.curved
 
     @property
     def curved(self) -> bool:
@@ -489,3 +489,14 @@ def _at_arc_lengths(interactions: Interactions, surface: ReferenceSurface) -> In
     lengths = np.interp(places, surface.lateral[inside], surface.grid.y[inside]).tolist()
     weights = [weight for _, weight in interactions]
     return tuple(zip(lengths, weights, strict=True))
+
+
+def _checked_bodies(given: Any) -> Bodies | BodyPair:
+    """Half-spaces of both bodies, elastic or viscoelastic."""
+    bodies = as_bodies(given)
+    checks.kind("bodies", bodies, Bodies, BodyPair)
+    if isinstance(bodies, BodyPair):
+        for name, body in zip(("upper", "lower"), bodies.both, strict=True):
+            checks.kind(f"bodies.{name}", body, Bodies, Viscoelastic)
+    found: Bodies | BodyPair = bodies
+    return found

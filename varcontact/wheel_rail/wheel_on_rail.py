@@ -49,7 +49,7 @@ class WheelOnRail(WheelGeometry):
         Whether the vertical force is that of all forces on the wheel,
         tangential forces included, as in CONTACT. If False, it is that of the
         normal forces alone.
-    bodies : Bodies, optional
+    bodies : Bodies, Viscoelastic, or a pair of them, optional
         In N/mm^2; a pair is (rail, wheel). Steel, G = 82 000 N/mm^2 and nu =
         0.28, if not given.
     friction : float, law or FrictionByAngle
