@@ -13,59 +13,29 @@ compatible with them by hand.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from varcontact.plasticity.cone_program import Triplets, solve_cones, yield_cones
-from varcontact.plasticity.passage import Passage
+from varcontact.plasticity.flow_mesh import Mesh
+from varcontact.plasticity.passage import Passage, Strength
+from varcontact.plasticity.work import Means
 
 ROUNDS = 6
 """Programs at most."""
 TOLERANCE = 3e-3
 """Excess over the yield surface at which all samples are in the program."""
-DEPTH_POWER = 1.6
-"""Rectangles grow with the depth as this power of their number."""
-WIDTH_POWER = 1.4
-"""The same beside the contact."""
-EXTENT = 0.9
-"""Part of the passage's section that the mesh covers."""
 PEAKS_ADDED = 4
 """Samples of a corner that a round may add."""
+ROUNDING = 1e-9
+"""Change of volume, by the plastic strain, that is none."""
+RIDGE = 1e-9
+"""Added to a matrix whose rows depend on each other, by its diagonal."""
+CORRECTIONS = 4
+"""Solves with that matrix, each of which leaves so small a part of what is to be corrected."""
 EXTREMES = [0, 1, 3]
 """Coordinates whose extremes along x are samples from the beginning."""
-QUADRATURE_POINTS = np.array([0.445948490915965, 0.091576213509771])
-"""Dunavant's rule of degree 4: barycentric coordinates of two of its points."""
-QUADRATURE_WEIGHTS = np.repeat([0.223381589678011, 0.109951743655322], 3)
-
-
-@dataclass(frozen=True, eq=False)
-class Mesh:
-    """Triangles with quadratic velocities in a section.
-
-    Attributes
-    ----------
-    nodes : ndarray, shape (triangles, 6)
-        Corners, then middles of the edges opposite them.
-    places : ndarray, shape (n, 2)
-        y and depth of the nodes, divided by the half-width.
-    area : ndarray, shape (triangles,)
-    gradients : ndarray, shape (triangles, 3, 6, 2)
-        Of the shape functions at the corners.
-    held : ndarray, shape (3, n)
-        Where velocities along x, y, z are zero.
-    """
-
-    nodes: np.ndarray
-    places: np.ndarray
-    area: np.ndarray
-    gradients: np.ndarray
-    held: np.ndarray
-
-    @property
-    def corners(self) -> np.ndarray:
-        """The first three nodes of each triangle."""
-        return self.nodes[:, :3]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,83 +68,13 @@ class FlowField:
     unit: float
 
 
-def flow_mesh(passage: Passage, inside: int, outside: int, down: int) -> Mesh:
-    """A mesh of so many rectangles across the contact, beside it on either side, and in depth, each
-    of four triangles; half of it where left and right are alike.
-    """
-    left, right = passage.loaded[2:]
-    beyond = EXTENT * (passage.y[-1] - right)
-    steps = (np.arange(1, outside + 1) / outside) ** WIDTH_POWER
-    middle = np.linspace(left, right, inside + 1)
-    y = np.concatenate([(left - beyond * steps)[::-1], middle, right + beyond * steps])
-    if passage.symmetric:
-        y = y[len(y) // 2 :]
-    depth = EXTENT * passage.depth[-1] * np.linspace(0, 1, down + 1) ** DEPTH_POWER
-    return _triangulated(y, depth, passage.symmetric)
-
-
-def _triangulated(y: np.ndarray, depth: np.ndarray, symmetric: bool) -> Mesh:
-    # corners of rectangles, and their middles
-    lattice = np.stack(np.meshgrid(y, depth, indexing="ij"), axis=-1).reshape(-1, 2)
-    number = np.arange(len(lattice)).reshape(len(y), len(depth))
-    around = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
-    ring = [each.ravel() for each in around]
-    centre = len(lattice) + np.arange(ring[0].size)
-    points = np.concatenate([lattice, (lattice[ring[0]] + lattice[ring[2]]) / 2])
-    triangles = [np.stack([ring[side], ring[(side + 1) % 4], centre], axis=-1) for side in range(4)]
-    corners = np.concatenate(triangles)
-    # middles of the edges
-    edges = np.concatenate([corners[:, [1, 2]], corners[:, [2, 0]], corners[:, [0, 1]]])
-    unique, inverse = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
-    nodes = np.concatenate([corners, len(points) + inverse.reshape(3, -1).T], axis=1)
-    places = np.concatenate([points, points[unique].mean(axis=1)])
-    # areas, and gradients of the shape functions at the corners
-    at = points[corners]
-    jacobian = np.stack([at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=1)
-    inverse_jacobian = np.linalg.inv(jacobian)
-    second = inverse_jacobian[:, :, 0]
-    third = inverse_jacobian[:, :, 1]
-    barycentric = np.stack([-second - third, second, third], axis=1)
-    edge = np.isclose(places[:, 0], y[-1]) | np.isclose(places[:, 1], depth[-1])
-    left = np.isclose(places[:, 0], y[0])
-    held = np.array([edge, edge, edge])
-    if symmetric:
-        held[1] |= left
-    else:
-        held |= left
-    return Mesh(
-        nodes=nodes,
-        places=places,
-        area=np.abs(np.linalg.det(jacobian)) / 2,
-        gradients=_gradients(barycentric),
-        held=held,
-    )
-
-
-def _gradients(barycentric: np.ndarray) -> np.ndarray:
-    """Gradients (triangles, 3 corners, 6 nodes, 2) of quadratic shape functions."""
-    gradients = np.zeros((len(barycentric), 3, 6, 2))
-    for corner in range(3):
-        for node in range(3):
-            gradients[:, corner, node] = (4 * (corner == node) - 1) * barycentric[:, node]
-        for opposite in range(3):
-            first = (opposite + 1) % 3
-            second = (opposite + 2) % 3
-            if corner == first:
-                gradients[:, corner, 3 + opposite] = 4 * barycentric[:, second]
-            elif corner == second:
-                gradients[:, corner, 3 + opposite] = 4 * barycentric[:, first]
-    return gradients
-
-
-def upper_bound(passage: Passage, mesh: Mesh, report: Callable[[str], None]) -> FlowField | None:
+def upper_bound(
+    passage: Passage, mesh: Mesh, strength: Strength, report: Callable[[str], None]
+) -> FlowField | None:
     """The least load factor of all velocities on a mesh; None where the program finds none."""
-    strength = passage.strength[:, None, None, None]
-    field = passage.curves * strength
-    means = _corner_means(passage, mesh, field, order=4)
-    radius = _corner_means(passage, mesh, strength * np.ones_like(field[:, :, :1, :1]), order=4)
-    curves = means.reshape(-1, *means.shape[2:])
-    radius = radius.reshape(-1)
+    means = Means.of(passage, mesh, strength)
+    curves = means.curves
+    radius = means.radius
     chosen = _first_samples(curves)
     unit = passage.elastic_limit
     for number in range(1, ROUNDS + 1):
@@ -184,11 +84,10 @@ def upper_bound(passage: Passage, mesh: Mesh, report: Callable[[str], None]) -> 
         if size.max() < 1 + TOLERANCE:
             break
         _add_peaks(chosen, size)
-    linear = _corner_means(passage, mesh, field, order=2).reshape(curves.shape)
-    found = _certified(mesh, multipliers, samples, curves, linear, radius)
-    if found is None:
-        return None
-    return replace(found, unit=passage.unit)
+    other = None
+    if passage.field is None:
+        other = Means.of(passage, mesh, strength, order=2).curves
+    return _certified(means, multipliers, samples, other)
 
 
 def _first_samples(curves: np.ndarray) -> np.ndarray:
@@ -262,54 +161,80 @@ def _equilibrium(entries: Triplets, mesh: Mesh, free: np.ndarray) -> None:
 
 
 def _certified(
-    mesh: Mesh,
-    multipliers: np.ndarray,
-    samples: np.ndarray,
-    curves: np.ndarray,
-    linear: np.ndarray,
-    radius: np.ndarray,
+    means: Means, multipliers: np.ndarray, samples: np.ndarray, other: np.ndarray | None
 ) -> FlowField | None:
     """The bound by velocities and strains of the multipliers, computed anew: what the strains lack
     to be those of the velocities is added as dissipation without work.
+
+    Work is less by what its quadrature may miss: bounded, or estimated by `other` means.
     """
+    mesh = means.mesh
+    curves = means.curves
     equations = int(np.count_nonzero(~mesh.held))
     velocity = np.zeros(mesh.held.shape)
     velocity[~mesh.held] = multipliers[:equations]
     strains = multipliers[equations:].reshape(-1, 6)[:, 1:]
-    # net strain of each corner, and that of the velocities
+    # net strain of each corner, and that of velocities without change of volume
     net = np.zeros((len(curves), 5))
     np.add.at(net, samples[:, 0], strains)
+    velocity = _isochoric(mesh, velocity)
     compatible, volume = _strain(mesh, velocity)
     if np.sum(net * compatible) < 0:
         velocity = -velocity
         compatible = -compatible
     lacking = np.linalg.norm(compatible - net, axis=1)
-    # work of the field, and what its two quadratures differ by
+    size = np.linalg.norm(strains, axis=1)
+    dissipated = np.sum(size * means.radius[samples[:, 0]]) + np.sum(lacking * means.radius)
+    # work of the field, and what its quadrature may miss
     loaded = samples[:, 1] < curves.shape[1]
     corner, along = samples[loaded].T
-    work = -np.sum(strains[loaded] * curves[corner, along])
-    other = -np.sum(strains[loaded] * linear[corner, along])
-    size = np.linalg.norm(strains, axis=1)
-    dissipated = np.sum(size * radius[samples[:, 0]]) + np.sum(lacking * radius)
-    if work < 0:
-        work = -work
-        other = -other
-    certain = work - abs(work - other) / 4
-    if certain <= 0 or np.abs(volume).sum() > 1e-3 * size.sum():
+    work = abs(float(np.sum(strains[loaded] * curves[corner, along])))
+    if other is None:
+        missed = means.missed(corner, along, strains[loaded])
+    else:
+        missed = abs(work - abs(float(np.sum(strains[loaded] * other[corner, along])))) / 4
+    if work <= missed or np.abs(volume).sum() > ROUNDING * size.sum():
         return None
     share = np.zeros(len(curves))
     np.add.at(share, samples[:, 0], size)
     total = share.sum()
     place = share @ mesh.places[mesh.corners].reshape(-1, 2) / total
     return FlowField(
-        factor=float(dissipated / certain),
+        factor=float(dissipated / (work - missed)),
         mesh=mesh,
         velocity=velocity / max(float(np.abs(velocity).max()), 1e-300),
         net=net.sum(axis=0)[3:] / total,
         ratchet=float(np.linalg.norm(net, axis=1).sum() / total),
         place=(float(place[0]), float(place[1])),
-        unit=1.0,
+        unit=means.passage.unit,
     )
+
+
+def _isochoric(mesh: Mesh, velocity: np.ndarray) -> np.ndarray:
+    """The nearest velocities (3, nodes) that change no volume."""
+    from scipy import sparse
+    from scipy.sparse.linalg import splu
+
+    free = ~mesh.held[1:]
+    number = np.full(free.shape, -1)
+    number[free] = np.arange(np.count_nonzero(free))
+    slopes = mesh.gradients * (mesh.area / 3)[:, None, None, None]
+    entries = Triplets.empty()
+    row = np.arange(3 * len(mesh.area)).reshape(-1, 3, 1) * np.ones((1, 1, 6), dtype=int)
+    for axis in range(2):
+        column = number[axis][mesh.nodes][:, None, :] * np.ones((1, 3, 1), dtype=int)
+        inner = column >= 0
+        entries.add(row[inner], column[inner], slopes[..., axis][inner])
+    change = entries.matrix((row.shape[0] * 3, int(np.count_nonzero(free))))
+    across = velocity[1:][free]
+    # conditions depend on each other where four triangles meet: a little is added, and corrected
+    normal = change @ change.T
+    solved = splu((normal + RIDGE * sparse.diags(normal.diagonal())).tocsc())
+    for _ in range(CORRECTIONS):
+        across = across - change.T @ solved.solve(change @ across)
+    found = velocity.copy()
+    found[1:][free] = across
+    return found
 
 
 def _strain(mesh: Mesh, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -326,45 +251,3 @@ def _strain(mesh: Mesh, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     weight = np.repeat(mesh.area / 3, 3)
     volume = (uy[..., 0] + uz[..., 1]).reshape(-1) * weight
     return strain.reshape(-1, 5) * weight[:, None], volume
-
-
-def _corner_means(passage: Passage, mesh: Mesh, field: np.ndarray, order: int) -> np.ndarray:
-    """Means of a field (nz, ny, ...) over triangles with the weights 3 N of their corners,
-    (triangles, 3, ...), by interpolation through so many samples along each axis.
-    """
-    from scipy import sparse
-
-    a, b = QUADRATURE_POINTS
-    rule = np.concatenate([_permuted(a), _permuted(b)])
-    points = np.einsum("qv,tvd->tqd", rule, mesh.places[mesh.corners]).reshape(-1, 2)
-    first_y, weights_y = _lagrange(passage.y, points[:, 0], order)
-    first_z, weights_z = _lagrange(passage.depth, points[:, 1], order)
-    offsets = np.arange(order)
-    rows = (first_z[:, None] + offsets) * len(passage.y)
-    columns = (rows[:, :, None] + (first_y[:, None] + offsets)[:, None, :]).reshape(-1)
-    weights = (weights_z[:, :, None] * weights_y[:, None, :]).reshape(-1)
-    count = len(points)
-    shape = (count, len(passage.y) * len(passage.depth))
-    starts = np.repeat(np.arange(count), order**2)
-    interpolated = sparse.csr_matrix((weights, (starts, columns)), shape=shape)
-    values = interpolated @ field.reshape(shape[1], -1)
-    by_triangle = values.reshape(len(mesh.area), 6, -1)
-    means = np.einsum("qv,tqf->tvf", 3 * QUADRATURE_WEIGHTS[:, None] * rule, by_triangle)
-    return means.reshape(len(mesh.area), 3, *field.shape[2:])
-
-
-def _permuted(other: float) -> np.ndarray:
-    """Barycentric coordinates of three points, two of which are `other`."""
-    return np.full((3, 3), other) + (1 - 3 * other) * np.eye(3)
-
-
-def _lagrange(places: np.ndarray, at: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """First sample and weights (points, order) of Lagrange's interpolation."""
-    first = np.clip(np.searchsorted(places, at) - order // 2, 0, len(places) - order)
-    nodes = places[first[:, None] + np.arange(order)]
-    weights = np.ones((len(at), order))
-    for own in range(order):
-        for other in range(order):
-            if own != other:
-                weights[:, own] *= (at - nodes[:, other]) / (nodes[:, own] - nodes[:, other])
-    return first, weights

@@ -12,7 +12,8 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError
 from varcontact.plasticity.balls import NET_STRAIN, Families, Mechanism, families, mechanisms
-from varcontact.plasticity.koiter import FlowField, flow_mesh, upper_bound
+from varcontact.plasticity.flow_mesh import flow_mesh
+from varcontact.plasticity.koiter import FlowField, upper_bound
 from varcontact.plasticity.line_contact import LineLimit, line_limit, line_passage, with_proof
 from varcontact.plasticity.melan import LowerBound, lower_bound
 from varcontact.plasticity.passage import (
@@ -304,7 +305,7 @@ def _of_point(solution: Solution, side: int, strength: Strength, search: Search)
         fine = _passage(solution, side, strength, search, ELEMENTS, across)
         found = _Found.closed(families(fine), fine, search)
         if search.hardening == "none":
-            found = _by_programs(found, search, search.gap)
+            found = _by_programs(found, search, strength, search.gap)
     passage = found.passage
     proved = search.gap is not None and passage.field is not None
     if proved:
@@ -461,29 +462,36 @@ class _Found:
         return Section(y * passage.unit, depth, stress * least, utilised)
 
 
-def _by_programs(found: _Found, search: Search, gap: float) -> _Found:
+def _by_programs(found: _Found, search: Search, strength: Strength, gap: float) -> _Found:
     """Bounds by programs, until the gap is closed: residual stresses, velocities on two meshes,
     finer residual stresses.
     """
+    by_least = _by_least(found.passage, strength)
     found = _with_stresses(found, SPLINES, search, gap)
     for sizes in MESHES:
         if not found.ended(gap):
             mesh = flow_mesh(found.passage, *sizes)
-            found = found.with_upper(upper_bound(found.passage, mesh, search.report))
+            found = found.with_upper(upper_bound(found.passage, mesh, by_least, search.report))
     if not found.ended(gap):
         found = _with_stresses(found, FINER_SPLINES, search, gap)
     return found
 
 
+def _by_least(passage: Passage, strength: Strength) -> Strength:
+    """The yield stress by the least, at depths in half-widths."""
+    least = float(strength(passage.depth * passage.unit).min())
+
+    def by_least(depth: np.ndarray) -> np.ndarray:
+        return strength(depth * passage.unit) / least
+
+    return by_least
+
+
 def _proved(found: _Found, search: Search, strength: Strength) -> _Found:
     """With a lower bound that holds between samples, too."""
     assert search.gap is not None
-    least = float(strength(found.passage.depth * found.passage.unit).min())
-
-    def by_least(depth: np.ndarray) -> np.ndarray:
-        return strength(depth * found.passage.unit) / least
-
     factor = found.lower
+    by_least = _by_least(found.passage, strength)
     proof = PointProof.of(found.passage, found.by_cell, by_least, factor)
     radius = proof.radius(factor / ((1 - search.gap) * found.upper))
     found = replace(found, lower=factor / radius, residual=found.residual / radius)

@@ -212,19 +212,22 @@ def loaded_part(solution: Solution, side: int) -> tuple[np.ndarray, Grid]:
     return padded, Grid(nx=padded.shape[2], ny=padded.shape[1], dx=dx, dy=dy, x0=x0, y0=y0)
 
 
-def divided(load: np.ndarray, grid: Grid, parts: int) -> tuple[np.ndarray, Grid]:
-    """The same bilinear tractions on elements of a fraction of the sides."""
-    if parts == 1:
+def divided(load: np.ndarray, grid: Grid, parts: int | tuple[int, int]) -> tuple[np.ndarray, Grid]:
+    """The same bilinear tractions on elements of a fraction of the sides, or of fractions along x
+    and y.
+    """
+    if parts in (1, (1, 1)):
         return load, grid
+    along, across = (parts, parts) if isinstance(parts, int) else parts
     dx, dy = grid.sides
-    load = _interpolated(load, parts, axis=2)
-    x0 = float(grid.x[0]) - dx / parts / 2
+    load = _interpolated(load, along, axis=2)
+    x0 = float(grid.x[0]) - dx / along / 2
     if grid.line:
-        return load, Grid(nx=load.shape[2], dx=dx / parts, x0=x0)
-    load = _interpolated(load, parts, axis=1)
-    y0 = float(grid.y[0]) - dy / parts / 2
+        return load, Grid(nx=load.shape[2], dx=dx / along, x0=x0)
+    load = _interpolated(load, across, axis=1)
+    y0 = float(grid.y[0]) - dy / across / 2
     ny, nx = load.shape[1:]
-    return load, Grid(nx=nx, ny=ny, dx=dx / parts, dy=dy / parts, x0=x0, y0=y0)
+    return load, Grid(nx=nx, ny=ny, dx=dx / along, dy=dy / across, x0=x0, y0=y0)
 
 
 def _interpolated(values: np.ndarray, parts: int, axis: int) -> np.ndarray:
@@ -297,6 +300,22 @@ def bilinear_layer(field: HalfSpace, depth: float, beyond: tuple[int, int]) -> n
     """The five coordinates (5, y, x) at one depth of a half-space, in closed form."""
     tables = field.table(depth, *_farthest(field.load, beyond))
     return _summed(tables, field.load, beyond)
+
+
+def layer_at(
+    field: HalfSpace, parts: tuple[int, int], x: np.ndarray, y: np.ndarray, depth: float
+) -> np.ndarray:
+    """Stresses (y, x, 5) at one depth and places on the lattice of so many parts of an element."""
+    load, grid = divided(field.load, field.grid, parts)
+    columns = np.rint((x - grid.x[0]) / grid.sides[0]).astype(int)
+    rows = np.rint((y - grid.y[0]) / grid.sides[1]).astype(int)
+    beyond = [
+        int(max(0, -number.min(), number.max() - count + 1))
+        for number, count in ((rows, grid.ny), (columns, grid.nx))
+    ]
+    closer = HalfSpace(load, grid, field.nu)
+    whole = np.moveaxis(bilinear_layer(closer, depth, (beyond[0], beyond[1])), 0, -1)
+    return np.asarray(whole[rows + beyond[0]][:, columns + beyond[1]])
 
 
 def _farthest(load: np.ndarray, beyond: tuple[int, int]) -> tuple[int, int]:

@@ -17,7 +17,13 @@ import numpy as np
 
 from varcontact.plasticity.derivatives import Remainders, cubic_remainder
 from varcontact.plasticity.half_space import HalfSpace
-from varcontact.plasticity.passage import Passage, Strength, bilinear_layer, divided
+from varcontact.plasticity.passage import (
+    Passage,
+    Strength,
+    bilinear_layer,
+    divided,
+    layer_at,
+)
 from varcontact.plasticity.residual_stress import CellResidual, cells
 from varcontact.system.process import lazy_property
 
@@ -206,16 +212,7 @@ class PointProof:
 
     def _layer(self, depth: float) -> np.ndarray:
         """Stresses (ny, nx, 5) at a depth, at the samples of the passage."""
-        load, grid = divided(self.field.load, self.field.grid, self.parts)
-        columns = np.rint((self.x - grid.x[0]) / grid.sides[0]).astype(int)
-        rows = np.rint((self.residual.y - grid.y[0]) / grid.sides[1]).astype(int)
-        beyond = [
-            int(max(0, -number.min(), number.max() - count + 1))
-            for number, count in ((rows, grid.ny), (columns, grid.nx))
-        ]
-        closer = HalfSpace(load, grid, self.field.nu)
-        whole = np.moveaxis(bilinear_layer(closer, depth, (beyond[0], beyond[1])), 0, -1)
-        return whole[rows + beyond[0]][:, columns + beyond[1]]
+        return layer_at(self.field, (self.parts, self.parts), self.x, self.residual.y, depth)
 
     def _near(self, boxes: Boxes, depth: float) -> np.ndarray:
         """True for cells above a depth that are below the loads."""

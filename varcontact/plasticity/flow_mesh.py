@@ -1,0 +1,263 @@
+"""Meshes of velocities in a section: rectangles of four triangles, and cells in rectangles.
+
+Rectangles of one row have the same cells: equal ones along y, and layers, which are thinner towards
+the surface in the first row. Fields are sampled at three places along each axis of a cell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from varcontact.plasticity.passage import Passage
+
+DEPTH_POWER = 1.6
+"""Rectangles grow with the depth as this power of their number."""
+WIDTH_POWER = 1.4
+"""The same beside the contact."""
+EXTENT = 0.9
+"""Part of the passage's section that the mesh covers."""
+CELLS_MAX = 4
+"""Cells of a rectangle along y, and half of its layers."""
+SURFACE_CELLS = 4
+"""Cells in an element at the surface, where no cell may have a node inside."""
+DEPTHS = (0.7, 1.5)
+"""Depths in half-widths from which cells are twice and four times as large."""
+SURFACE_LAYERS = 12
+"""Layers of the first row."""
+GROWTH = 1.35
+"""Depth of the lower by the upper end of these layers."""
+QUADRATURE_WEIGHTS = np.repeat([0.225, 0.132394152788506, 0.125939180544827], [1, 3, 3])
+QUADRATURE_POINTS = (0.470142064105115, 0.101286507323456)
+"""Radon's rule of degree 5 on a triangle: barycentric coordinates of two of its points."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles with quadratic velocities in a section.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (triangles, 6)
+        Corners, then middles of the edges opposite them. Triangles are ordered by the side of their
+        rectangle, rectangles by y and then depth.
+    places : ndarray, shape (n, 2)
+        y and depth of the nodes, divided by the half-width.
+    area : ndarray, shape (triangles,)
+    gradients : ndarray, shape (triangles, 3, 6, 2)
+        Of the shape functions at the corners.
+    held : ndarray, shape (3, n)
+        Where velocities along x, y, z are zero.
+    y, depth : ndarray
+        Edges of the rectangles.
+    cells : tuple of int
+        Number of cells of a rectangle along y, by row.
+    layers : tuple of tuples
+        Ends of layers from 0 to 1, by row.
+    """
+
+    nodes: np.ndarray
+    places: np.ndarray
+    area: np.ndarray
+    gradients: np.ndarray
+    held: np.ndarray
+    y: np.ndarray
+    depth: np.ndarray
+    cells: tuple[int, ...]
+    layers: tuple[tuple[float, ...], ...]
+
+    @property
+    def corners(self) -> np.ndarray:
+        """The first three nodes of each triangle."""
+        return self.nodes[:, :3]
+
+    def samples(self, row: int) -> tuple[np.ndarray, np.ndarray]:
+        """Places y (rectangles, 2 cells + 1) and depths (2 layers + 1) of the samples of a row."""
+        share = np.linspace(0, 1, 2 * self.cells[row] + 1)
+        y = self.y[:-1, None] + np.diff(self.y)[:, None] * share
+        ends = self.layer_ends(row)
+        middles = (ends[1:] + ends[:-1]) / 2
+        return y, np.sort(np.concatenate([ends, middles]))
+
+    def layer_ends(self, row: int) -> np.ndarray:
+        """Depths (layers + 1) of a row's layers."""
+        share = np.array(self.layers[row])
+        return np.asarray(self.depth[row] + (self.depth[row + 1] - self.depth[row]) * share)
+
+
+def flow_mesh(passage: Passage, inside: int, outside: int, down: int) -> Mesh:
+    """A mesh of about so many rectangles across the contact, beside it on either side, and in
+    depth, each of four triangles; half of it where left and right are alike.
+
+    Rectangles are 1, 2, 4 ... elements wide in the contact and multiples of that beside it.
+    """
+    left, right = passage.loaded[2:]
+    element = passage.parts * float(np.diff(passage.y).min())
+    wide = 2 ** max(0, round(np.log2((right - left) / element / inside)))
+    side = wide * element
+    # whole rectangles, from the middle of a symmetric section or the left end
+    start = left
+    if passage.symmetric:
+        start = 0.0
+    last = int(np.ceil((right - start) / side - 1e-9))
+    beyond = int(EXTENT * (passage.y[-1] - start) / side) - last
+    steps = (np.arange(1, outside + 1) / outside) ** WIDTH_POWER
+    added = np.unique(np.maximum(np.rint(beyond * steps), np.arange(1, outside + 1)))
+    number = np.concatenate([np.arange(last + 1), last + added])
+    if not passage.symmetric:
+        number = np.concatenate([-added[::-1], number])
+    depth = EXTENT * passage.depth[-1] * np.linspace(0, 1, down + 1) ** DEPTH_POWER
+    cells, layers = _cells(depth, wide)
+    return _triangulated(start + side * number, depth, cells, layers, passage.symmetric)
+
+
+def _cells(depth: np.ndarray, wide: int) -> tuple[tuple[int, ...], tuple[tuple[float, ...], ...]]:
+    """Cells and layers of rows with these ends, of rectangles so many elements wide."""
+    middle = (depth[1:] + depth[:-1]) / 2
+    coarser = 2 ** np.searchsorted(DEPTHS, middle)
+    number = np.maximum(min(2 * wide, CELLS_MAX) // coarser, 1)
+    number[0] = SURFACE_CELLS * wide
+    graded = GROWTH ** np.arange(1 - SURFACE_LAYERS, 1.0)
+    layers = [(0.0, *graded.tolist())]
+    layers += [tuple(np.linspace(0, 1, 2 * count + 1).tolist()) for count in number[1:]]
+    return tuple(number.tolist()), tuple(layers)
+
+
+def _triangulated(
+    y: np.ndarray,
+    depth: np.ndarray,
+    cells: tuple[int, ...],
+    layers: tuple[tuple[float, ...], ...],
+    symmetric: bool,
+) -> Mesh:
+    # corners of rectangles, and their middles
+    lattice = np.stack(np.meshgrid(y, depth, indexing="ij"), axis=-1).reshape(-1, 2)
+    number = np.arange(len(lattice)).reshape(len(y), len(depth))
+    around = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
+    ring = [each.ravel() for each in around]
+    centre = len(lattice) + np.arange(ring[0].size)
+    points = np.concatenate([lattice, (lattice[ring[0]] + lattice[ring[2]]) / 2])
+    triangles = [np.stack([ring[side], ring[(side + 1) % 4], centre], axis=-1) for side in range(4)]
+    corners = np.concatenate(triangles)
+    # middles of the edges
+    edges = np.concatenate([corners[:, [1, 2]], corners[:, [2, 0]], corners[:, [0, 1]]])
+    unique, inverse = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    nodes = np.concatenate([corners, len(points) + inverse.reshape(3, -1).T], axis=1)
+    places = np.concatenate([points, points[unique].mean(axis=1)])
+    # areas, and gradients of the shape functions at the corners
+    at = points[corners]
+    jacobian = np.stack([at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=1)
+    inverse_jacobian = np.linalg.inv(jacobian)
+    second = inverse_jacobian[:, :, 0]
+    third = inverse_jacobian[:, :, 1]
+    barycentric = np.stack([-second - third, second, third], axis=1)
+    edge = np.isclose(places[:, 0], y[-1]) | np.isclose(places[:, 1], depth[-1])
+    left = np.isclose(places[:, 0], y[0])
+    held = np.array([edge, edge, edge])
+    if symmetric:
+        held[1] |= left
+    else:
+        held |= left
+    return Mesh(
+        nodes=nodes,
+        places=places,
+        area=np.abs(np.linalg.det(jacobian)) / 2,
+        gradients=_gradients(barycentric),
+        held=held,
+        y=y,
+        depth=depth,
+        cells=cells,
+        layers=layers,
+    )
+
+
+def _gradients(barycentric: np.ndarray) -> np.ndarray:
+    """Gradients (triangles, 3 corners, 6 nodes, 2) of quadratic shape functions."""
+    gradients = np.zeros((len(barycentric), 3, 6, 2))
+    for corner in range(3):
+        for node in range(3):
+            gradients[:, corner, node] = (4 * (corner == node) - 1) * barycentric[:, node]
+        for opposite in range(3):
+            first = (opposite + 1) % 3
+            second = (opposite + 2) % 3
+            if corner == first:
+                gradients[:, corner, 3 + opposite] = 4 * barycentric[:, second]
+            elif corner == second:
+                gradients[:, corner, 3 + opposite] = 4 * barycentric[:, first]
+    return gradients
+
+
+@lru_cache(maxsize=16)
+def mean_weights(cells: int, layers: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Means over the four triangles of a rectangle with the weights 3 N/area of their corners,
+    of a field that is quadratic along both axes of each cell: by samples (4, 3, 2 layers + 1, 2
+    cells + 1), and the shares of the cells in them (4, 3, layers, cells).
+    """
+    by_sample = np.zeros((4, 3, 2 * len(layers) - 1, 2 * cells + 1))
+    by_cell = np.zeros((4, 3, len(layers) - 1, cells))
+    ring = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    for side in range(4):
+        triangle = np.array([ring[side], ring[(side + 1) % 4], [0.5, 0.5]])
+        for row in range(len(layers) - 1):
+            for column in range(cells):
+                low = np.array([column / cells, layers[row]])
+                high = np.array([(column + 1) / cells, layers[row + 1]])
+                places, areas = _quadrature(_clipped(triangle, low, high))
+                weights = 12 * areas[:, None] * _barycentric(places, triangle)
+                across, down = ((places - low) / (high - low)).T
+                sampled = np.einsum("qv,qz,qy->vzy", weights, _three(down), _three(across))
+                rows = slice(2 * row, 2 * row + 3)
+                columns = slice(2 * column, 2 * column + 3)
+                by_sample[side, :, rows, columns] += sampled
+                by_cell[side, :, row, column] = weights.sum(axis=0)
+    return by_sample, by_cell
+
+
+def _clipped(polygon: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The part of a convex polygon (n, 2) in a rectangle (Sutherland and Hodgman)."""
+    for axis in range(2):
+        for bound, sign in ((low[axis], 1.0), (high[axis], -1.0)):
+            inside = sign * (polygon[:, axis] - bound)
+            kept = []
+            for number, depth in enumerate(inside):
+                before = inside[number - 1]
+                if before * depth < 0:
+                    share = before / (before - depth)
+                    kept.append((1 - share) * polygon[number - 1] + share * polygon[number])
+                if depth >= 0:
+                    kept.append(polygon[number])
+            polygon = np.array(kept).reshape(-1, 2)
+    return polygon
+
+
+def _quadrature(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places (n, 2) and areas (n,) of Radon's rule in triangles of a polygon."""
+    corners = [polygon[[0, number, number + 1]] for number in range(1, len(polygon) - 1)]
+    triangles = np.array(corners).reshape(-1, 3, 2)
+    edges = triangles[:, 1:] - triangles[:, :1]
+    areas = np.abs(np.linalg.det(edges)) / 2
+    places = np.einsum("qc,tcd->tqd", _rule(), triangles)
+    return places.reshape(-1, 2), (areas[:, None] * QUADRATURE_WEIGHTS).ravel()
+
+
+def _rule() -> np.ndarray:
+    """Barycentric coordinates (7, 3) of the quadrature's points."""
+    first, second = (
+        np.full((3, 3), other) + (1 - 3 * other) * np.eye(3) for other in QUADRATURE_POINTS
+    )
+    return np.concatenate([np.full((1, 3), 1 / 3), first, second])
+
+
+def _barycentric(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    ones = np.ones((len(places), 1))
+    matrix = np.concatenate([corners, np.ones((3, 1))], axis=1)
+    return np.concatenate([places, ones], axis=1) @ np.linalg.inv(matrix)
+
+
+def _three(share: np.ndarray) -> np.ndarray:
+    """Weights (n, 3) of quadratic interpolation between 0, 1/2 and 1."""
+    return np.stack(
+        [(1 - share) * (1 - 2 * share), 4 * share * (1 - share), share * (2 * share - 1)], axis=-1
+    )
