@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +21,7 @@ WIDTH_POWER = 1.4
 EXTENT = 0.9
 """Part of the passage's section that the mesh covers."""
 CELLS_MAX = 4
-"""Cells of a rectangle along y, and half of its layers."""
+"""Cells of a rectangle along y."""
 SURFACE_CELLS = 4
 """Cells in an element at the surface, where no cell may have a node inside."""
 DEPTHS = (0.7, 1.5)
@@ -29,6 +30,8 @@ SURFACE_LAYERS = 12
 """Layers of the first row."""
 GROWTH = 1.35
 """Depth of the lower by the upper end of these layers."""
+LAYER = 0.2
+"""Thickness of other layers, by the depth of their row."""
 QUADRATURE_WEIGHTS = np.repeat([0.225, 0.132394152788506, 0.125939180544827], [1, 3, 3])
 QUADRATURE_POINTS = (0.470142064105115, 0.101286507323456)
 """Radon's rule of degree 5 on a triangle: barycentric coordinates of two of its points."""
@@ -121,7 +124,9 @@ def _cells(depth: np.ndarray, wide: int) -> tuple[tuple[int, ...], tuple[tuple[f
     number[0] = SURFACE_CELLS * wide
     graded = GROWTH ** np.arange(1 - SURFACE_LAYERS, 1.0)
     layers = [(0.0, *graded.tolist())]
-    layers += [tuple(np.linspace(0, 1, 2 * count + 1).tolist()) for count in number[1:]]
+    for top, end in pairwise(depth[1:]):
+        count = max(2, round((end - top) / top / LAYER))
+        layers.append(tuple(np.linspace(0, 1, count + 1).tolist()))
     return tuple(number.tolist()), tuple(layers)
 
 

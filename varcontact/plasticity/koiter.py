@@ -26,6 +26,10 @@ ROUNDS = 6
 """Programs at most."""
 TOLERANCE = 3e-3
 """Excess over the yield surface at which all samples are in the program."""
+GAINED = 1e-3
+"""Change of the load factor by a round, relative, with which it is the last."""
+SMALL = 0.7
+"""Stress by the yield stress below which a sample is left out of later rounds."""
 PEAKS_ADDED = 4
 """Samples of a corner that a round may add."""
 ROUNDING = 1e-9
@@ -34,7 +38,7 @@ RIDGE = 1e-9
 """Added to a matrix whose rows depend on each other, by its diagonal."""
 CORRECTIONS = 4
 """Solves with that matrix, each of which leaves so small a part of what is to be corrected."""
-EXTREMES = [0, 1, 3]
+EXTREMES = [3]
 """Coordinates whose extremes along x are samples from the beginning."""
 
 
@@ -77,12 +81,15 @@ def upper_bound(
     radius = means.radius
     chosen = _first_samples(curves)
     unit = passage.elastic_limit
+    before = np.inf
     for number in range(1, ROUNDS + 1):
         factor, stress, multipliers, samples = _program(mesh, unit * curves, radius, chosen)
         size = np.linalg.norm(unit * factor * curves + stress[:, None], axis=-1) / radius[:, None]
         report(f"program {number} of the upper bound, {len(samples)} cones: {unit * factor:.4g}")
-        if size.max() < 1 + TOLERANCE:
+        if size.max() < 1 + TOLERANCE or factor > (1 - GAINED) * before:
             break
+        before = factor
+        _drop_small(chosen, size)
         _add_peaks(chosen, size)
     other = None
     if passage.field is None:
@@ -101,6 +108,11 @@ def _first_samples(curves: np.ndarray) -> np.ndarray:
         chosen[corner, curves[..., component].argmin(axis=1)] = True
     chosen[:, -1] = True
     return chosen
+
+
+def _drop_small(chosen: np.ndarray, size: np.ndarray) -> None:
+    """Leave samples out that are far from the yield surface; the load far away stays."""
+    chosen[:, :-1] &= size > SMALL
 
 
 def _add_peaks(chosen: np.ndarray, size: np.ndarray) -> None:
