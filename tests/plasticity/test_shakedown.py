@@ -11,7 +11,6 @@ from tests.plasticity.march import marched
 from varcontact.errors import NotConverged, SceneError
 from varcontact.plasticity.balls import ANY, AXIAL, smallest_balls
 from varcontact.plasticity.half_plane import HalfPlane
-from varcontact.plasticity.koiter import flow_mesh, upper_bound
 from varcontact.plasticity.limits import of_half_the_elements
 from varcontact.plasticity.line_contact import line_limit, line_passage, with_proof
 from varcontact.plasticity.melan import lower_bound
@@ -242,18 +241,6 @@ def test_residual_stress_is_in_equilibrium_and_holds_between_samples():
     )
     total = bound.factor * closer.curves + np.moveaxis(interpolated, 0, -1)[:, :, None]
     assert np.linalg.norm(total, axis=-1).max() < 1.003
-
-
-@pytest.mark.slow
-def test_velocities_are_an_upper_bound():
-    solution = ellipse(f=0.2, n=12)
-    way = passage(solution, 2, ones, refined=2).half()
-    sizes = ((5, 3, 5), (8, 4, 8))
-    coarse, fine = (upper_bound(way, flow_mesh(way, *size), quiet) for size in sizes)
-    assert fine.factor < coarse.factor
-    assert fine.ratchet > 0.9
-    bound = lower_bound(way, ResidualSpace.around(way, 8, 4, 10), 0.97 * fine.factor, quiet)
-    assert bound.factor <= bound.sampled <= fine.factor
 
 
 def test_half_the_elements_carry_the_same_load(sliding):

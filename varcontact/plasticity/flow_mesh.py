@@ -1,6 +1,6 @@
 """Meshes of velocities in a section: rectangles of four triangles, and cells in rectangles.
 
-Rectangles of one row have the same cells: equal ones along y, and layers, which are thinner towards
+Rectangles of a block have the same cells: equal ones along y, and layers, which are thinner towards
 the surface in the first row. Fields are sampled at three places along each axis of a cell.
 """
 
@@ -55,10 +55,8 @@ class Mesh:
         Where velocities along x, y, z are zero.
     y, depth : ndarray
         Edges of the rectangles.
-    cells : tuple of int
-        Number of cells of a rectangle along y, by row.
-    layers : tuple of tuples
-        Ends of layers from 0 to 1, by row.
+    blocks : tuple of Block
+        All rectangles, by their cells.
     """
 
     nodes: np.ndarray
@@ -68,26 +66,49 @@ class Mesh:
     held: np.ndarray
     y: np.ndarray
     depth: np.ndarray
-    cells: tuple[int, ...]
-    layers: tuple[tuple[float, ...], ...]
+    blocks: tuple[Block, ...]
 
     @property
     def corners(self) -> np.ndarray:
         """The first three nodes of each triangle."""
         return self.nodes[:, :3]
 
-    def samples(self, row: int) -> tuple[np.ndarray, np.ndarray]:
-        """Places y (rectangles, 2 cells + 1) and depths (2 layers + 1) of the samples of a row."""
-        share = np.linspace(0, 1, 2 * self.cells[row] + 1)
-        y = self.y[:-1, None] + np.diff(self.y)[:, None] * share
-        ends = self.layer_ends(row)
-        middles = (ends[1:] + ends[:-1]) / 2
-        return y, np.sort(np.concatenate([ends, middles]))
+    def samples(self, block: Block) -> tuple[np.ndarray, np.ndarray]:
+        """Places y (rectangles, 2 cells + 1) and depths (2 layers + 1) of a block's samples."""
+        share = np.linspace(0, 1, 2 * block.cells + 1)
+        ends = self.y[block.first : block.last + 1]
+        y = ends[:-1, None] + np.diff(ends)[:, None] * share
+        depth = self.layer_ends(block)
+        middles = (depth[1:] + depth[:-1]) / 2
+        return y, np.sort(np.concatenate([depth, middles]))
 
-    def layer_ends(self, row: int) -> np.ndarray:
-        """Depths (layers + 1) of a row's layers."""
-        share = np.array(self.layers[row])
-        return np.asarray(self.depth[row] + (self.depth[row + 1] - self.depth[row]) * share)
+    def layer_ends(self, block: Block) -> np.ndarray:
+        """Depths (layers + 1) of a block's layers."""
+        top, end = self.depth[block.row : block.row + 2]
+        return np.asarray(top + (end - top) * np.array(block.layers))
+
+
+@dataclass(frozen=True)
+class Block:
+    """Rectangles of a row, from a first to before a last one, with the same cells.
+
+    Attributes
+    ----------
+    row, first, last : int
+    cells : int
+        Along y.
+    parts : int
+        Of an element, on whose lattice the samples are; even, as it has the middle of the contact.
+    layers : tuple of float
+        Ends of layers, from 0 to 1.
+    """
+
+    row: int
+    first: int
+    last: int
+    cells: int
+    parts: int
+    layers: tuple[float, ...]
 
 
 def flow_mesh(passage: Passage, inside: int, outside: int, down: int) -> Mesh:
@@ -112,29 +133,39 @@ def flow_mesh(passage: Passage, inside: int, outside: int, down: int) -> Mesh:
     if not passage.symmetric:
         number = np.concatenate([-added[::-1], number])
     depth = EXTENT * passage.depth[-1] * np.linspace(0, 1, down + 1) ** DEPTH_POWER
-    cells, layers = _cells(depth, wide)
-    return _triangulated(start + side * number, depth, cells, layers, passage.symmetric)
+    y = start + side * number
+    blocks = _blocks(depth, np.diff(number) == 1, wide)
+    return _triangulated(y, depth, blocks, passage.symmetric)
 
 
-def _cells(depth: np.ndarray, wide: int) -> tuple[tuple[int, ...], tuple[tuple[float, ...], ...]]:
-    """Cells and layers of rows with these ends, of rectangles so many elements wide."""
-    middle = (depth[1:] + depth[:-1]) / 2
-    coarser = 2 ** np.searchsorted(DEPTHS, middle)
-    number = np.maximum(min(2 * wide, CELLS_MAX) // coarser, 1)
-    number[0] = SURFACE_CELLS * wide
-    graded = GROWTH ** np.arange(1 - SURFACE_LAYERS, 1.0)
-    layers = [(0.0, *graded.tolist())]
-    for top, end in pairwise(depth[1:]):
-        count = max(2, round((end - top) / top / LAYER))
-        layers.append(tuple(np.linspace(0, 1, count + 1).tolist()))
-    return tuple(number.tolist()), tuple(layers)
+def _blocks(depth: np.ndarray, inner: np.ndarray, wide: int) -> tuple[Block, ...]:
+    """Blocks of rows with these ends: cells are smaller in the `inner` columns, whose rectangles
+    are so many elements wide.
+    """
+    columns = np.flatnonzero(inner)
+    first = int(columns[0])
+    last = int(columns[-1]) + 1
+    blocks = []
+    for row, (top, end) in enumerate(pairwise(depth)):
+        cells = SURFACE_CELLS * wide
+        layers = [0.0, *(GROWTH ** np.arange(1 - SURFACE_LAYERS, 1.0)).tolist()]
+        if row > 0:
+            coarser = int(np.searchsorted(DEPTHS, (top + end) / 2))
+            cells = max(min(2 * wide, CELLS_MAX) // 2**coarser, 1)
+            count = max(2, round((end - top) / top / LAYER))
+            layers = np.linspace(0, 1, count + 1).tolist()
+        parts = max(2, 2 * cells // wide)
+        blocks.append(Block(row, first, last, cells, parts, tuple(layers)))
+        for left, right in ((0, first), (last, len(inner))):
+            if right > left:
+                blocks.append(Block(row, left, right, 2 * wide, 4, tuple(layers)))
+    return tuple(blocks)
 
 
 def _triangulated(
     y: np.ndarray,
     depth: np.ndarray,
-    cells: tuple[int, ...],
-    layers: tuple[tuple[float, ...], ...],
+    blocks: tuple[Block, ...],
     symmetric: bool,
 ) -> Mesh:
     # corners of rectangles, and their middles
@@ -173,8 +204,7 @@ def _triangulated(
         held=held,
         y=y,
         depth=depth,
-        cells=cells,
-        layers=layers,
+        blocks=blocks,
     )
 
 

@@ -309,6 +309,7 @@ def layer_at(
     load, grid = divided(field.load, field.grid, parts)
     columns = np.rint((x - grid.x[0]) / grid.sides[0]).astype(int)
     rows = np.rint((y - grid.y[0]) / grid.sides[1]).astype(int)
+    assert np.allclose(grid.y[0] + rows * grid.sides[1], y, atol=1e-6)
     beyond = [
         int(max(0, -number.min(), number.max() - count + 1))
         for number, count in ((rows, grid.ny), (columns, grid.nx))

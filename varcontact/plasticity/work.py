@@ -13,12 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.plasticity.derivatives import Remainders
-from varcontact.plasticity.flow_mesh import Mesh, mean_weights
+from varcontact.plasticity.flow_mesh import Block, Mesh, mean_weights
+from varcontact.plasticity.half_space import HalfSpace
 from varcontact.plasticity.passage import Passage, Strength, layer_at
 
 LEBESGUE = 1.25
 """Largest value of quadratic interpolation between values of at most 1, the third in the middle."""
-BLOCK = 0.2
+TOGETHER = 0.2
 """Length in half-widths of samples along x whose errors are bounded together."""
 SIDE = 1e-3
 """Of boxes along x, where nothing is interpolated."""
@@ -50,15 +51,18 @@ class Means:
         columns = len(mesh.y) - 1
         curves = np.empty((4, columns, rows, 3, len(passage.x), 5))
         radius = np.empty((4, columns, rows, 3))
-        for row in range(rows):
-            by_sample, by_cell = mean_weights(mesh.cells[row], mesh.layers[row])
-            y, depth = mesh.samples(row)
-            stress = _sampled(passage, y.ravel(), depth, order)
-            stress = stress.reshape(len(depth), *y.shape, len(passage.x), 5)
-            curves[:, :, row] = np.einsum("svzy,zkyxq->skvxq", by_sample, stress, optimize=True)
+        for block in mesh.blocks:
+            by_sample, by_cell = mean_weights(block.cells, block.layers)
+            y, depth = mesh.samples(block)
+            if passage.field is None:
+                stress = _interpolated(passage, y, depth, order)
+            else:
+                stress = _in_closed_form(passage.field, passage, y, depth, block.parts)
+            own = (slice(None), slice(block.first, block.last), block.row)
+            curves[own] = np.einsum("svzy,zkyxq->skvxq", by_sample, stress, optimize=True)
             at_ends = strength(depth[::2])
             larger = np.maximum(at_ends[1:], at_ends[:-1])
-            radius[:, :, row] = (by_cell.sum(axis=3) @ larger)[:, None]
+            radius[own] = (by_cell.sum(axis=3) @ larger)[:, None]
         return cls(passage, mesh, curves.reshape(-1, len(passage.x), 5), radius.ravel())
 
     def missed(self, corner: np.ndarray, along: np.ndarray, strains: np.ndarray) -> float:
@@ -69,35 +73,36 @@ class Means:
         side, rectangle = np.divmod(triangle, rows * (len(self.mesh.y) - 1))
         column, row = np.divmod(rectangle, rows)
         x = self.passage.x
-        block = np.floor((x[along] - x[0]) / BLOCK).astype(int)
+        length = np.floor((x[along] - x[0]) / TOGETHER).astype(int)
         remainders = Remainders(self.passage.field)
         total = 0.0
-        for number in np.unique(row):
-            own = row == number
+        for each in self.mesh.blocks:
+            own = (row == each.row) & (column >= each.first) & (column < each.last)
+            if not own.any():
+                continue
             pairs, pair = np.unique(
-                np.stack([column[own], block[own]], axis=1), axis=0, return_inverse=True
+                np.stack([column[own], length[own]], axis=1), axis=0, return_inverse=True
             )
-            errors = self._errors(remainders, number, pairs)
-            each = errors[pair.ravel(), side[own], vertex[own]]
-            total += float(np.sum(np.abs(strains[own]) * each))
+            errors = self._errors(remainders, each, pairs)[pair.ravel(), side[own], vertex[own]]
+            total += float(np.sum(np.abs(strains[own]) * errors))
         return total
 
-    def _errors(self, remainders: Remainders, row: int, pairs: np.ndarray) -> np.ndarray:
-        """Bounds (pairs, 4, 3, 5) for rectangles of a row, and blocks along x."""
+    def _errors(self, remainders: Remainders, block: Block, pairs: np.ndarray) -> np.ndarray:
+        """Bounds (pairs, 4, 3, 5) for rectangles of a block, and numbers of lengths along x."""
         mesh = self.mesh
-        cells = mesh.cells[row]
-        _, shares = mean_weights(cells, mesh.layers[row])
+        cells = block.cells
+        _, shares = mean_weights(cells, block.layers)
         # at the surface, cells one by one; below it, those of one layer together
         parts = 1
-        if row == 0:
+        if block.row == 0:
             parts = cells
         y = np.linspace(mesh.y[:-1], mesh.y[1:], parts + 1, axis=1)[pairs[:, 0]]
-        z = mesh.layer_ends(row)
-        first = self.passage.x[0] + BLOCK * pairs[:, 1]
+        z = mesh.layer_ends(block)
+        first = self.passage.x[0] + TOGETHER * pairs[:, 1]
         low = np.empty((len(pairs), len(z) - 1, parts, 3))
         high = np.empty_like(low)
         low[..., 0] = first[:, None, None]
-        high[..., 0] = first[:, None, None] + BLOCK
+        high[..., 0] = first[:, None, None] + TOGETHER
         low[..., 1] = y[:, None, :-1]
         high[..., 1] = y[:, None, 1:]
         low[..., 2] = z[:-1, None]
@@ -113,24 +118,28 @@ class Means:
         return np.einsum("svzy,pzyq->psvq", shares, missed)
 
 
-def _sampled(passage: Passage, y: np.ndarray, depth: np.ndarray, order: int) -> np.ndarray:
-    """Elastic stress (depths, y, x, 5) by the least yield stress."""
-    field = passage.field
-    if field is not None:
-        places, number = np.unique(y.round(9), return_inverse=True)
-        # the middle of a symmetric section is on a lattice of even parts
-        parts = max(2, round(field.grid.sides[1] / float(np.diff(places).min())))
-        lattice = (passage.parts, parts)
-        layers = [layer_at(field, lattice, passage.x, places, each)[number] for each in depth]
-        return np.array(layers)
+def _in_closed_form(
+    field: HalfSpace, passage: Passage, y: np.ndarray, depth: np.ndarray, parts: int
+) -> np.ndarray:
+    """Elastic stress (depths, *y.shape, x, 5) by the least yield stress."""
+    found = np.empty((len(depth), *y.shape, len(passage.x), 5))
+    places, number = np.unique(y.round(9), return_inverse=True)
+    for place, each in enumerate(depth):
+        layer = layer_at(field, (passage.parts, parts), passage.x, places, each)
+        found[place] = layer[number.reshape(y.shape)]
+    return found
+
+
+def _interpolated(passage: Passage, y: np.ndarray, depth: np.ndarray, order: int) -> np.ndarray:
+    """The same between the samples of the passage."""
+    found = np.empty((len(depth), *y.shape, len(passage.x), 5))
     stress = passage.curves * passage.strength[:, None, None, None]
-    first_y, weights_y = _lagrange(passage.y, y, order)
+    first_y, weights_y = _lagrange(passage.y, y.ravel(), order)
     first_z, weights_z = _lagrange(passage.depth, depth, order)
     nodes = first_y[:, None] + np.arange(order)
-    found = np.empty((len(depth), len(y), *stress.shape[2:]))
-    for number, (first, weights) in enumerate(zip(first_z, weights_z, strict=True)):
+    for place, (first, weights) in enumerate(zip(first_z, weights_z, strict=True)):
         layer = np.tensordot(weights, stress[first : first + order], axes=1)
-        found[number] = np.einsum("yn,ynxq->yxq", weights_y, layer[nodes])
+        found[place] = np.einsum("yn,ynxq->yxq", weights_y, layer[nodes]).reshape(found.shape[1:])
     return found
 
 
