@@ -218,7 +218,7 @@ def divided(load: np.ndarray, grid: Grid, parts: int | tuple[int, int]) -> tuple
     """
     if parts in (1, (1, 1)):
         return load, grid
-    along, across = (parts, parts) if isinstance(parts, int) else parts
+    along, across = np.broadcast_to(parts, 2).tolist()
     dx, dy = grid.sides
     load = _interpolated(load, along, axis=2)
     x0 = float(grid.x[0]) - dx / along / 2
