@@ -80,7 +80,7 @@ class WheelSetMotion(
     def creepages(self) -> tuple[Creepages, Creepages]:
         """Creepages of the left and the right wheel over the rails, (135) to (139).
 
-        Derived again: (136) and (137) lack a factor 1/2 before the difference of the radii, without
+        Corrected: (136) and (137) have no factor 1/2 before the difference of the radii, without
         which Klingel's rolling would have the creep ``-omega gamma y / V`` where it has none.
         """
         mean = sum(self.radii) / 2

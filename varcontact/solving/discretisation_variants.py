@@ -50,7 +50,7 @@ class Way:
         Order of the error, for the extrapolation.
     motion : tuple of (str, value)
         Entries of `Steady` that differ from the scene's, as
-        ``(("spin_offset", 0.0),)``; other motions lack them.
+        ``(("spin_offset", 0.0),)``; other motions do not have them.
     options : tuple of (str, value)
         Arguments of `solve`, as ``(("tangential", "fastsim"),)``.
     accuracy : float, optional
@@ -241,7 +241,7 @@ def answer(
     Raises
     ------
     SceneError
-        If the way does not serve the scene, or the history lacks a step; and
+        If the way is not for the scene, or the history has no such step; and
         all that `solve` raises.
     """
     reason = way.why_not(scene)

@@ -33,8 +33,8 @@ def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
     """Solve a transient scene step by step, see `solve`; with a `store`, each step is added to that
     file.
 
-    With a grid chosen for an accuracy or a time, the progress is told the stages within a step,
-    too, and the steps are those of `ContactSolver.continuum`. Errors name the step; `Interrupted`
+    With a grid chosen for an accuracy or a time, the progress includes the stages within a step,
+    and the steps are those of `ContactSolver.continuum`. Errors name the step; `Interrupted`
     has the steps that were finished.
     """
     if not isinstance(scene.motion.start, Solution | None):

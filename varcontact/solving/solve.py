@@ -206,8 +206,8 @@ def solve(
         their `history`, and the step's number as `step`.
     NotConverged
         If the tolerance, or an accuracy that was given, is not reached; its
-        `solution` is the best iterate. Johnson's process is held to the two
-        problems as it poses them; what the whole lacks stands in the
+        `solution` is the best iterate. For Johnson's process the residuals of
+        its two problems count; the residual of the whole is in the
         certificate.
     TooLarge
         If the matrices would not fit into memory.
@@ -303,8 +303,8 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     Raises
     ------
     SceneError
-        If the arrays are not of the grid's shape, or the scene lacks what is
-        needed.
+        If the arrays are not of the grid's shape, or an entry that is
+        needed is missing in the scene.
 
     Examples
     --------

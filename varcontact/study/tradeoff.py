@@ -263,7 +263,7 @@ def _costs(reference: ContinuumValues, way: Way, number: int) -> dict[str, Any]:
 
 def _repeat_seconds(scene: Scene, way: Way) -> float:
     """Processor seconds of a second scene with what the first has made; NaN where that cannot be
-    told apart.
+    separated.
     """
     options = dict(way.options)
     if (

@@ -218,7 +218,7 @@ def wear_down(
     steps : int
         In which these are divided.
     progress : callable or true, optional
-        Told how far it is.
+        Called with the progress.
     **methods
         Of `solve`.
 

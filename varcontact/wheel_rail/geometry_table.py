@@ -295,7 +295,7 @@ def geometry_table(
     normal : {"virtual-penetration", "analyn", "hertz"}
         Which ellipse stands for a patch, see `WheelOnRail.estimate`.
     progress : callable or true, optional
-        Told how far it is.
+        Called with the progress.
 
     Raises
     ------

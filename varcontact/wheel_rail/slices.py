@@ -172,8 +172,8 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
         Returns
         -------
         ProfileSlices, or tuple of ProfileSlices
-            Several where some slices lack features, as those before the nose of
-            a crossing: rails beside each other.
+            Several if features are missing in some slices, such as those before the
+            nose of a crossing: rails beside each other.
 
         Raises
         ------

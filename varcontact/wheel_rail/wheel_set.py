@@ -93,7 +93,7 @@ class WheelSetOnTrack(LoadedWheelSet):
         ------
         NoContact, SceneError
             See `WheelOnRail.patches`; where the wheel set falls between the
-            rails, a wheel leaves its rail, or no position bears the loads.
+            rails, a wheel leaves its rail, or no position balances the loads.
         NotConverged
             If a patch is not solved, or the balance is not found.
         """
