@@ -1,12 +1,25 @@
-"""Fields on a zero-padded box and their spectra: the parts of products by FFT."""
+"""Fields on a zero-padded box and their spectra: the parts of products by FFT.
+
+On small boxes the transforms are products with matrices of cosines and sines, which take a half to
+a quarter of the time of an FFT.
+"""
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
+
+MATRIX_SIZE = 4096
+"""Size of a box up to which transforms are products with matrices."""
+MATRIX_LENGTH = 256
+"""Longest side of such a box."""
 
 
 def spectrum_of(fields: np.ndarray, box: tuple[int, int]) -> np.ndarray:
     """Transform of fields (..., ny, nx) on a zero-padded box of (rows, columns)."""
+    if _by_matrices(box):
+        return _spectrum_by_matrices(fields, box)
     from scipy import fft
 
     return np.asarray(fft.fft(fft.rfft(fields, box[1], axis=-1), box[0], axis=-2, overwrite_x=True))
@@ -14,11 +27,76 @@ def spectrum_of(fields: np.ndarray, box: tuple[int, int]) -> np.ndarray:
 
 def fields_of(spectrum: np.ndarray, box: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:
     """The first (ny, nx) of the fields on a box that have a spectrum, which is overwritten."""
+    if _by_matrices(box):
+        return _fields_by_matrices(spectrum, box, shape)
     from scipy import fft
 
     # along x only those that are asked for
     rows = fft.ifft(spectrum, axis=-2, overwrite_x=True)[..., : shape[0], :]
     return np.asarray(fft.irfft(rows, box[1], axis=-1)[..., : shape[1]])
+
+
+def _by_matrices(box: tuple[int, int]) -> bool:
+    return box[0] * box[1] <= MATRIX_SIZE and max(box) <= MATRIX_LENGTH
+
+
+def _spectrum_by_matrices(fields: np.ndarray, box: tuple[int, int]) -> np.ndarray:
+    single = fields.dtype == np.float32
+    ny, nx = fields.shape[-2:]
+    waves = fields @ _to_waves(nx, box[1], single)
+    spectrum: np.ndarray = waves.view(np.complex64 if single else np.complex128)
+    if box[0] == 1:
+        return spectrum
+    return np.asarray(_to_complex_waves(ny, box[0], single) @ spectrum)
+
+
+def _fields_by_matrices(
+    spectrum: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
+) -> np.ndarray:
+    single = spectrum.dtype == np.complex64
+    rows = spectrum
+    if box[0] > 1:
+        rows = _from_complex_waves(shape[0], box[0], single) @ spectrum
+    waves = np.ascontiguousarray(rows).view(np.float32 if single else np.float64)
+    return np.asarray(waves @ _from_waves(shape[1], box[1], single))
+
+
+def _waves(n: int, length: int) -> np.ndarray:
+    """The waves of a box at its first n places, (length, n)."""
+    turns = np.outer(np.arange(length), np.arange(n)) % length / length
+    return np.exp(-2j * np.pi * turns)
+
+
+@lru_cache(maxsize=64)
+def _to_waves(n: int, length: int, single: bool) -> np.ndarray:
+    """Matrix (n, 2 waves) from real values to the real and imaginary parts of waves."""
+    waves = np.ascontiguousarray(_waves(n, length)[: length // 2 + 1].T)
+    return waves.view(np.float64).astype(np.float32 if single else np.float64)
+
+
+@lru_cache(maxsize=64)
+def _from_waves(n: int, length: int, single: bool) -> np.ndarray:
+    """Matrix (2 waves, n) from the real and imaginary parts of waves to real values."""
+    waves = _waves(n, length)[: length // 2 + 1] / length
+    share = np.full((len(waves), 1), 2.0)
+    share[0] = 1.0
+    if length % 2 == 0:
+        share[-1] = 1.0
+    parts = np.stack([share * waves.real, share * waves.imag], axis=1)
+    return parts.reshape(-1, n).astype(np.float32 if single else np.float64)
+
+
+@lru_cache(maxsize=64)
+def _to_complex_waves(n: int, length: int, single: bool) -> np.ndarray:
+    """Matrix (length, n) from complex values to waves."""
+    return _waves(n, length).astype(np.complex64 if single else np.complex128)
+
+
+@lru_cache(maxsize=64)
+def _from_complex_waves(n: int, length: int, single: bool) -> np.ndarray:
+    """Matrix (n, length) from waves to complex values."""
+    waves = np.conj(_waves(n, length)).T / length
+    return waves.astype(np.complex64 if single else np.complex128)
 
 
 def repeated(
