@@ -71,7 +71,7 @@ def newton_coupled(
     scaled = ScaledCoupled.of(problem, start, residual)
     rigid = np.reshape(start.rigid, (-1, 1, 1)) / scaled.displacement
     at = point(scaled.conditions, start.traction / scaled.load, rigid)
-    return solve_from(scaled, at, settings.tol, settings, MAX_STEPS)
+    return solve_from(scaled, at, settings.tol, settings, max_steps=MAX_STEPS)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.solvers.interface import Settings, SolveStats, better, check_time
+from varcontact.solvers.interface import Settings, SolveStats, check_time
 from varcontact.solvers.newton.gcr import Forces, gcr, room_for
 from varcontact.solvers.newton.globalisation import (
     Conditions,
@@ -45,13 +45,13 @@ REFINED_TOL_MIN = 1e-12
 REFINED_STEPS = 4
 """Newton steps of that refinement: a tenth of the time, which leaves hardly more than rounding."""
 GCR_TOL_MAX = 0.3
-GCR_TOL_MIN = 1e-2
-"""Relative residuals of the linear equations, at first and at least."""
-GCR_TOL_POWER = 1.5
-"""Their power of what the last step left of the residual: Newton's method is as exact as it is
-successful."""
-LAST_STEP_RATIO = 30.0
-"""Residual, in tolerances, from which a step is to reach the tolerance."""
+GCR_TOL_MIN = 1e-3
+"""Relative residuals of the linear equations, at most and at least."""
+GCR_TOL_FACTOR = 10.0
+"""Relative residual of the linear equations divided by that of the step before: Newton's method
+squares residuals, and leaves about ten times their square."""
+LAST_STEP_PART = 0.3
+"""Part of the goal that the linear equations of the last step are to leave."""
 NOISE_SINGLE = 3e-7
 NOISE_DOUBLE = 1e-15
 """Error of the shift in single and in double precision, relative to the largest traction."""
@@ -199,28 +199,20 @@ class GridProblem(Problem[G]):
 def solve(problem: GridProblem[G], start: RawSolution | None, settings: Settings) -> RawSolution:
     """Newton's method from a start; without one, or if that fails, from coarse grids."""
     tol = ROUNDED * settings.tol
+    refined_tol = tol
+    if len(problem.box.places) <= REFINED_ELEMENTS_MAX and not settings.loose_tolerance:
+        refined_tol = min(tol, max(REFINED_PART * tol, REFINED_TOL_MIN))
     steps = 0
-    raw = None
     # from the start
     if start is not None and start.finite:
-        raw = solve_from(problem, problem.initial_guess(start), tol, settings)
+        raw = solve_from(problem, problem.initial_guess(start), tol, settings, refined_tol)
+        if raw.solved:
+            return raw
         steps = raw.iterations
     # from coarse grids
-    if raw is None or not raw.solved:
-        at, coarse_steps = _from_coarse_grids(problem.conditions, settings)
-        raw = solve_from(problem, at, tol, settings)
-        steps += coarse_steps + raw.iterations
-    raw = replace(raw, iterations=steps)
-    small = len(problem.box.places) <= REFINED_ELEMENTS_MAX
-    if not (small and raw.solved) or settings.loose_tolerance:
-        return raw
-    # solved: a few more steps
-    refined_tol = max(REFINED_PART * tol, REFINED_TOL_MIN)
-    guess = problem.initial_guess(raw)
-    refined = solve_from(problem, guess, refined_tol, settings, REFINED_STEPS)
-    steps += refined.iterations
-    refined = replace(refined, iterations=steps, status=raw.status, solved=True)
-    return better(problem.problem, raw, refined)
+    at, coarse_steps = _from_coarse_grids(problem.conditions, settings)
+    raw = solve_from(problem, at, tol, settings, refined_tol)
+    return replace(raw, iterations=steps + coarse_steps + raw.iterations)
 
 
 def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[Point, int]:
@@ -238,9 +230,15 @@ def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[
 
 
 def solve_from(
-    problem: Problem[C], at: Point, tol: float, settings: Settings, max_steps: int = MAX_STEPS
+    problem: Problem[C],
+    at: Point,
+    tol: float,
+    settings: Settings,
+    refined_tol: float | None = None,
+    max_steps: int = MAX_STEPS,
 ) -> RawSolution:
-    at, status, steps = newton(problem.conditions, at, tol, settings, problem, max_steps)
+    conditions = problem.conditions
+    at, status, steps = newton(conditions, at, tol, settings, problem, refined_tol, max_steps)
     return RawSolution(*problem.physical(at.traction, at.rigid), steps, status, status == "Solved")
 
 
@@ -250,25 +248,30 @@ def newton(
     tol: float,
     settings: Settings,
     finest: Problem[C] | None = None,
+    refined_tol: float | None = None,
     max_steps: int = MAX_STEPS,
 ) -> tuple[Point, str, int]:
     """Solve a contact problem on one grid, from a point, to a residual of the natural map relative
     to the largest traction.
 
-    With `finest` the answer is judged in double precision; else single precision is enough. Also
-    "Solved", "MaxIterations" or "NotANumber", and the steps.
+    With `finest` the answer is judged in double precision; else single precision is enough. With a
+    `refined_tol` a few more steps lead towards that. Also "Solved", "MaxIterations" or
+    "NotANumber", and the steps.
     """
     goal = tol
+    last_goal = refined_tol or tol
     forces = conditions.forces
     at = balanced(conditions, at)
     now = measured(conditions, at)
     best = at
     least = np.inf
-    previous_residual = 0.0
     idle = 0
+    count = 0
+    end = max_steps
+    status = "MaxIterations"
     room = room_for(at.traction.size, forces)
     follow = _follower(finest, settings)
-    for count in range(max_steps):
+    while count < end:
         check_time(settings.deadline)
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
             at = _in_double_precision(at, finest)
@@ -286,15 +289,19 @@ def newton(
             at = _admissible(conditions, at, finest)
             best = at
             error = _error(at, finest)
-            if error <= tol:
+            if error <= last_goal:
                 return at, "Solved", count
-            goal *= min(0.3 * tol / error, 0.3)
+            if error <= tol and status != "Solved":
+                status = "Solved"
+                end = min(end, count + REFINED_STEPS)
+                goal = last_goal
+            else:
+                goal *= min(0.3 * tol / error, 0.3)
             now = measured(conditions, at)
             if now.residual == 0:
                 break  # no step is left to take
         # a step, and a line search
-        gcr_tol = _gcr_tol(now.residual, previous_residual, goal, conditions.linear)
-        previous_residual = now.residual
+        gcr_tol = _gcr_tol(now.residual, min(goal, last_goal), conditions.linear)
         system = conditions.linearised(at.traction, at.shift, now.trial)
         lacking = forces.lacking(at.traction)
         step = gcr(system, conditions.kernel, forces, lacking, gcr_tol, room)
@@ -302,12 +309,13 @@ def newton(
             break
         noise = at.noise + NOISE_SINGLE * float(np.abs(step.traction).max()) / now.largest
         at, measure = line_search(conditions, at, step, now)
+        count += 1
         idle = idle + 1 if measure is now else 0
         if idle == 2:
             break  # no part of a step leads down
         at = replace(at, noise=noise)
         now = measure
-    return _admissible(conditions, best, finest), "MaxIterations", max_steps
+    return _admissible(conditions, best, finest), status, count
 
 
 def _follower(finest: Problem[C] | None, settings: Settings) -> Callable[[Point], None]:
@@ -322,17 +330,13 @@ def _error(at: Point, finest: Problem[C] | None) -> float:
     return 0.0 if finest is None else finest.error(at)
 
 
-def _gcr_tol(residual: float, previous_residual: float, goal: float, linear: bool) -> float:
-    """Relative residual of the linear equations, as exact as it pays.
-
-    S. C. Eisenstat and H. F. Walker, SIAM J. Sci. Comput. 17 (1996) 16-32.
+def _gcr_tol(residual: float, goal: float, linear: bool) -> float:
+    """Relative residual of the linear equations, as exact as it pays: as what Newton's method
+    leaves by itself, or as the goal.
     """
-    if linear or residual <= LAST_STEP_RATIO * goal:
-        tol = 0.3 * goal / residual
-    elif previous_residual:
-        tol = (residual / previous_residual) ** GCR_TOL_POWER
-    else:
-        tol = 1.0
+    tol = LAST_STEP_PART * goal / residual
+    if not linear:
+        tol = max(tol, GCR_TOL_FACTOR * residual)
     return float(np.clip(tol, GCR_TOL_MIN, GCR_TOL_MAX))
 
 

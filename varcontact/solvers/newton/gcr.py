@@ -4,6 +4,7 @@ rigid shifts.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
@@ -125,10 +126,7 @@ class _Border:
         steps = [system.precondition(column) for column in columns]
         sums = [_weighted_sums(forces, step) for step in steps]
         complement = np.array(sums, dtype=float).reshape(len(steps), len(steps)).T
-        inverse = np.full_like(complement, np.nan)
-        if np.isfinite(complement).all():
-            inverse = np.linalg.pinv(complement)
-        return cls(forces, columns, steps, inverse)
+        return cls(forces, columns, steps, _inverse(complement))
 
     def sums(self, step: np.ndarray) -> np.ndarray:
         return _weighted_sums(self.forces, step)
@@ -142,6 +140,16 @@ class _Border:
         for shift, step in zip(shifts, self.steps, strict=True):
             direction = direction - np.float32(shift) * step
         return direction
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """The inverse of a small matrix, or its pseudo-inverse; NaN where it is no number."""
+    if not np.isfinite(matrix).all():
+        return np.full_like(matrix, np.nan)
+    try:
+        return np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        return np.linalg.pinv(matrix)
 
 
 def _weighted_sums(forces: Forces, step: np.ndarray) -> np.ndarray:
@@ -173,7 +181,7 @@ def gcr(
     along = np.zeros(most)
     border = _Border.of(system, forces)
     count = 0
-    while count < most and float(np.linalg.norm(residual)) > tol:
+    while count < most and math.sqrt(residual @ residual) > tol:
         # a direction that keeps the forces, and what the equations make of it
         direction = system.precondition(residual[:size].reshape(shape))
         shifts = border.shifts(direction, residual[size:])
@@ -191,7 +199,7 @@ def gcr(
         earlier = images[:count]
         projections = earlier @ image
         image -= projections @ earlier
-        image_length = float(np.linalg.norm(image))
+        image_length = math.sqrt(image @ image)
         if not image_length > LENGTH_MIN:
             break
         image /= np.float32(image_length)
