@@ -41,24 +41,24 @@ def _by_matrices(box: tuple[int, int]) -> bool:
 
 
 def _spectrum_by_matrices(fields: np.ndarray, box: tuple[int, int]) -> np.ndarray:
-    single = fields.dtype == np.float32
     ny, nx = fields.shape[-2:]
-    waves = fields @ _to_waves(nx, box[1], single)
-    spectrum: np.ndarray = waves.view(np.complex64 if single else np.complex128)
+    kind = np.result_type(fields, np.complex64)
+    waves = fields @ _to_waves(nx, box[1], kind)
+    spectrum: np.ndarray = waves.view(kind)
     if box[0] == 1:
         return spectrum
-    return np.asarray(_to_complex_waves(ny, box[0], single) @ spectrum)
+    return np.asarray(_to_complex_waves(ny, box[0], kind) @ spectrum)
 
 
 def _fields_by_matrices(
     spectrum: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
 ) -> np.ndarray:
-    single = spectrum.dtype == np.complex64
+    kind = spectrum.dtype
     rows = spectrum
     if box[0] > 1:
-        rows = _from_complex_waves(shape[0], box[0], single) @ spectrum
-    waves = np.ascontiguousarray(rows).view(np.float32 if single else np.float64)
-    return np.asarray(waves @ _from_waves(shape[1], box[1], single))
+        rows = _from_complex_waves(shape[0], box[0], kind) @ spectrum
+    waves = np.ascontiguousarray(rows).view(spectrum.real.dtype)
+    return np.asarray(waves @ _from_waves(shape[1], box[1], kind))
 
 
 def _waves(n: int, length: int) -> np.ndarray:
@@ -68,35 +68,33 @@ def _waves(n: int, length: int) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
-def _to_waves(n: int, length: int, single: bool) -> np.ndarray:
+def _to_waves(n: int, length: int, kind: np.dtype) -> np.ndarray:
     """Matrix (n, 2 waves) from real values to the real and imaginary parts of waves."""
-    waves = np.ascontiguousarray(_waves(n, length)[: length // 2 + 1].T)
-    return waves.view(np.float64).astype(np.float32 if single else np.float64)
+    waves = np.ascontiguousarray(_waves(n, length)[: length // 2 + 1].T).astype(kind)
+    return waves.view(waves.real.dtype)
 
 
 @lru_cache(maxsize=64)
-def _from_waves(n: int, length: int, single: bool) -> np.ndarray:
+def _from_waves(n: int, length: int, kind: np.dtype) -> np.ndarray:
     """Matrix (2 waves, n) from the real and imaginary parts of waves to real values."""
-    waves = _waves(n, length)[: length // 2 + 1] / length
-    share = np.full((len(waves), 1), 2.0)
-    share[0] = 1.0
-    if length % 2 == 0:
-        share[-1] = 1.0
-    parts = np.stack([share * waves.real, share * waves.imag], axis=1)
-    return parts.reshape(-1, n).astype(np.float32 if single else np.float64)
+    waves = _waves(n, length)[: length // 2 + 1].astype(kind) / length
+    # all but the first, and the last of an even number, stand for two
+    waves[1 : (length + 1) // 2] *= 2
+    parts = np.stack([waves.real, waves.imag], axis=1)
+    return parts.reshape(-1, n)
 
 
 @lru_cache(maxsize=64)
-def _to_complex_waves(n: int, length: int, single: bool) -> np.ndarray:
+def _to_complex_waves(n: int, length: int, kind: np.dtype) -> np.ndarray:
     """Matrix (length, n) from complex values to waves."""
-    return _waves(n, length).astype(np.complex64 if single else np.complex128)
+    return _waves(n, length).astype(kind)
 
 
 @lru_cache(maxsize=64)
-def _from_complex_waves(n: int, length: int, single: bool) -> np.ndarray:
+def _from_complex_waves(n: int, length: int, kind: np.dtype) -> np.ndarray:
     """Matrix (n, length) from waves to complex values."""
     waves = np.conj(_waves(n, length)).T / length
-    return waves.astype(np.complex64 if single else np.complex128)
+    return np.ascontiguousarray(waves.astype(kind))
 
 
 def repeated(

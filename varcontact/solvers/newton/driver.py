@@ -242,6 +242,33 @@ def solve_from(
     return RawSolution(*problem.physical(at.traction, at.rigid), steps, status, status == "Solved")
 
 
+@dataclass
+class _Goal:
+    """Residual that a run goes on to, and the step that ends it: beyond the tolerance a few."""
+
+    tol: float
+    refined_tol: float
+    end: int
+    residual: float
+    status: str = "MaxIterations"
+
+    def reached(self, error: float, count: int) -> bool:
+        """True where nothing is left to be gained; else the goal is lowered."""
+        solved = self.status == "Solved"
+        if error <= self.tol:
+            self.status = "Solved"
+        if error <= self.refined_tol:
+            return True
+        if self.status != "Solved":
+            self.residual *= min(0.3 * self.tol / error, 0.3)
+        elif solved:
+            self.residual *= 0.3
+        else:
+            self.residual = self.refined_tol
+            self.end = min(self.end, count + REFINED_STEPS)
+        return False
+
+
 def newton(
     conditions: Conditions,
     at: Point,
@@ -258,8 +285,7 @@ def newton(
     `refined_tol` a few more steps lead towards that. Also "Solved", "MaxIterations" or
     "NotANumber", and the steps.
     """
-    goal = tol
-    last_goal = refined_tol or tol
+    goal = _Goal(tol, refined_tol or tol, end=max_steps, residual=tol)
     forces = conditions.forces
     at = balanced(conditions, at)
     now = measured(conditions, at)
@@ -267,13 +293,11 @@ def newton(
     least = np.inf
     idle = 0
     count = 0
-    end = max_steps
-    status = "MaxIterations"
     room = room_for(at.traction.size, forces)
     follow = _follower(finest, settings)
-    while count < end:
+    while count < goal.end:
         check_time(settings.deadline)
-        if finest is not None and at.noise > 0.1 * max(now.residual, goal):
+        if at.noise > 0.1 * max(now.residual, goal.residual):
             at = _in_double_precision(at, finest)
             now = measured(conditions, at)
         if not np.isfinite(now.merit):
@@ -285,23 +309,16 @@ def newton(
             best = at
             least = now.residual
         # admissible tractions are judged as the certificate judges them
-        if now.residual <= goal:
+        if now.residual <= goal.residual:
             at = _admissible(conditions, at, finest)
             best = at
-            error = _error(at, finest)
-            if error <= last_goal:
+            if goal.reached(_error(at, finest), count):
                 return at, "Solved", count
-            if error <= tol and status != "Solved":
-                status = "Solved"
-                end = min(end, count + REFINED_STEPS)
-                goal = last_goal
-            else:
-                goal *= min(0.3 * tol / error, 0.3)
             now = measured(conditions, at)
             if now.residual == 0:
                 break  # no step is left to take
         # a step, and a line search
-        gcr_tol = _gcr_tol(now.residual, min(goal, last_goal), conditions.linear)
+        gcr_tol = _gcr_tol(now.residual, min(goal.residual, goal.refined_tol), conditions.linear)
         system = conditions.linearised(at.traction, at.shift, now.trial)
         lacking = forces.lacking(at.traction)
         step = gcr(system, conditions.kernel, forces, lacking, gcr_tol, room)
@@ -315,7 +332,7 @@ def newton(
             break  # no part of a step leads down
         at = replace(at, noise=noise)
         now = measure
-    return _admissible(conditions, best, finest), status, count
+    return _admissible(conditions, best, finest), goal.status, count
 
 
 def _follower(finest: Problem[C] | None, settings: Settings) -> Callable[[Point], None]:
@@ -343,13 +360,13 @@ def _gcr_tol(residual: float, goal: float, linear: bool) -> float:
 def _admissible(conditions: Conditions, at: Point, finest: Problem[C] | None) -> Point:
     """Admissible tractions, on the finest grid with their shift in double precision."""
     at = replace(at, traction=conditions.admissible(at.traction, at.traction - at.shift))
-    if finest is None:
-        return at
     return _in_double_precision(at, finest)
 
 
-def _in_double_precision(at: Point, finest: Problem[C]) -> Point:
-    """The point with its shift anew."""
+def _in_double_precision(at: Point, finest: Problem[C] | None) -> Point:
+    """The point with its shift anew; on coarse grids as it is."""
+    if finest is None:
+        return at
     return replace(at, shift=finest.shift(at.traction, at.rigid), noise=NOISE_DOUBLE)
 
 
