@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import time
 import warnings
 from collections.abc import Callable, Iterable, Sequence
@@ -17,6 +16,7 @@ from varcontact.errors import SceneError, VarcontactError
 from varcontact.io.contact_output import published_seconds
 from varcontact.study import contact_comparison as comparison
 from varcontact.study.contact_comparison import Compared
+from varcontact.study.contact_suite import FileCompared, page_of, report_of, tenths
 
 
 def compared(path: Path, options: dict[str, Any], as_json: bool) -> bool:
@@ -32,10 +32,10 @@ def compared(path: Path, options: dict[str, Any], as_json: bool) -> bool:
         printed = {each.case: each for each in vc.read_contact_output(output)}
     if save is not None:
         save.mkdir(parents=True, exist_ok=True)
-    started = time.perf_counter()
+    started = time.process_time()
     with progress_line() as progress:
         rows, tables = _all_cases(path, printed, save, progress)
-    seconds = time.perf_counter() - started
+    seconds = time.process_time() - started
     if as_table:
         show("\n\n".join(tables))
     if output is None:
@@ -45,7 +45,7 @@ def compared(path: Path, options: dict[str, Any], as_json: bool) -> bool:
         show(json.dumps(found, indent=2, default=float))
     else:
         show(comparison.report(rows))
-        show(f"seconds: {_tenths(published_seconds(output))} theirs, {_tenths(seconds)} ours")
+        show(f"seconds: {tenths(published_seconds(output))} theirs, {tenths(seconds)} ours")
     counts = comparison.summary_of(rows)
     unequal = counts[comparison.DIFFERENT] + counts[comparison.NOT_RUN]
     if unequal:
@@ -128,52 +128,32 @@ def _printed(number: int, patches: Iterable[Any]) -> str:
 def suite(
     folder: Annotated[Path, opt.argument("Folder of input files of CONTACT with their outputs.")],
     as_json: opt.AsJson = False,
+    page: Annotated[
+        bool, opt.option("Tables in Markdown, of files and of cases that differ.", "--page")
+    ] = False,
 ) -> None:
     """Run all input files of CONTACT in a folder, and count cases that equal its published
     results.
     """
-    summaries = []
+    files = []
     with progress_line() as progress:
         for path in sorted(folder.glob("*.inp")):
             outputs = [path.with_suffix(ending) for ending in (".ref_out", ".out")]
             output = next((each for each in outputs if each.exists()), None)
             if output is None:
                 continue
-            started = time.perf_counter()
+            started = time.process_time()
             try:
                 printed = {each.case: each for each in vc.read_contact_output(output)}
                 progress(path.name)
                 rows, _ = _all_cases(path, printed, None, progress)
             except VarcontactError as error:
                 rows = [_not_run(1, str(error))]
-            seconds = time.perf_counter() - started
-            theirs = published_seconds(output)
-            summaries.append(_summary(path, rows) | {"theirs": theirs, "ours": seconds})
+            seconds = time.process_time() - started
+            files.append(FileCompared(path.name, rows, published_seconds(output), seconds))
     if as_json:
-        show(json.dumps(summaries, indent=2))
-        return
-    head = f"{'file':<26} {'equal':>6} {'differ':>6} {'not run':>7}"
-    lines = [f"{head} {'seconds: theirs':>15} {'ours':>7}"]
-    for each in summaries:
-        line = f"{each['file']:<26} {each[comparison.EQUAL]:>6} {each[comparison.DIFFERENT]:>6}"
-        line = f"{line} {each[comparison.NOT_RUN]:>7}"
-        lines.append(f"{line} {_tenths(each['theirs']):>15} {_tenths(each['ours']):>7}")
-        lines += [f"    {count}: {reason}" for reason, count in each["reasons"].items()]
-    show("\n".join(lines))
-
-
-def _tenths(seconds: float | None) -> str:
-    """A time; nothing where none was printed."""
-    if seconds is None:
-        return "-"
-    return f"{seconds:.1f}"
-
-
-def _summary(path: Path, rows: list[Compared]) -> dict[str, Any]:
-    """Number of cases of a file by verdict, and by the reason why they are not equal."""
-    reasons: dict[str, int] = {}
-    for _, verdict, reason in comparison.by_case(rows):
-        if verdict in (comparison.DIFFERENT, comparison.NOT_RUN):
-            words = re.sub(r".*, line \d+: ", "", reason)
-            reasons[words] = reasons.get(words, 0) + 1
-    return {"file": path.name, **comparison.summary_of(rows), "reasons": reasons}
+        show(json.dumps([each.summary() for each in files], indent=2))
+    elif page:
+        show(page_of(files))
+    else:
+        show(report_of(files))

@@ -25,6 +25,9 @@ from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 from varcontact.theories.fastsim_contact import SimplifiedTheory, contact_fastsim
 
+RINGED_ROW = 3
+"""Elements across one row and the rows without contact beside it."""
+
 
 @dataclass(frozen=True, eq=False)
 class CaseRun:
@@ -74,6 +77,8 @@ def _run(case: ContactCase, solved: dict[int, CaseRun]) -> CaseRun:
         solution, note = _solved_within(scene, case.methods)
     except VarcontactError as error:
         return CaseRun(case, reason=str(error))
+    if case.methods.get("tangential") == "fastrip":
+        note = "FaStrip is that of its paper here"
     values = values_of(case, solution)
     return CaseRun(case, solution, "", [values], note, stresses_of(case, solution))
 
@@ -95,7 +100,7 @@ def refined(case: ContactCase) -> ContactCase | None:
         return None
     finer = grid.divided((2, 2))
     if isinstance(surface, SampledDistance):
-        if min(grid.nx, grid.rows) < 3 or surface.inclination is not None:
+        if min(grid.nx, grid.rows) <= RINGED_ROW or surface.inclination is not None:
             return None
         # samples are interpolated between the centres of elements
         finer = finer.window(1, 2 * grid.nx - 1, 1, 2 * grid.rows - 1)
