@@ -50,6 +50,18 @@ class CaseInput:
         return self.controls["RETURN"] <= 1
 
     @property
+    def stress_points(self) -> tuple[Group, ...]:
+        """Blocks of points of S = 1 to 3, given or kept."""
+        stress = self.controls["STRESS"]
+        if stress == 0:
+            return ()
+        groups: tuple[Group, ...] = tuple(self.entries.get("stresses", ()))
+        if stress < 3 and len(groups) < 2:  # the first has digits of output
+            why = "keeps the points of the case before, and there are none: use S = 3"
+            self.controls.complain("STRESS", why)
+        return groups
+
+    @property
     def damped(self) -> bool:
         """True with M2 = 2, or with M2 = 1 where that is what a case keeps.
 

@@ -302,8 +302,7 @@ class _Case:
         if not self.given.calculated:
             return
         self._choose_methods()
-        if self.controls["STRESS"] >= 1:
-            self.stress_points = points_of(self.entries.get("stresses", ()), self.grid)
+        self.stress_points = points_of(self.given.stress_points, self.grid)
         scene = self._scene()
         if self.rolling[0] < 0 and self.controls["TANG"] == STEADY:
             scene = mirrored(scene)

@@ -55,6 +55,8 @@ SHIFT = 1
 TRANSIENT = 2
 STEADY = 3
 """Values of the digit T."""
+BY_TEMPERATURE = 6
+"""Value of the digit L."""
 SIMPLIFIED = (2, 3)
 FASTRIP = 5
 """Values of the digit M."""
@@ -282,7 +284,7 @@ class _Reader:
                 element=given.element,
                 wheel=self._wheel(given),
                 separating_angle=given.entries["grid"].angle(3),
-                stresses=_stresses(given),
+                stresses=given.stress_points,
                 **_simplified(given),
                 **_forces(given),
                 **self._step(given),
@@ -471,13 +473,6 @@ def _simplified(case: CaseInput) -> dict[str, Any]:
     return {"simplified": theory}
 
 
-def _stresses(case: CaseInput) -> tuple[Group, ...]:
-    """The points of S = 1 to 3."""
-    if case.controls["STRESS"] == 0:
-        return ()
-    return tuple(case.entries.get("stresses", ()))
-
-
 def _check_forces(controls: Controls) -> None:
     """Refuse forces that no motion gives."""
     if controls["TANG"] == 0:
@@ -566,6 +561,8 @@ def _friction(case: CaseInput, speed: float, s: float) -> Any:
     """A coefficient or law, by inclination, or at the place along the track."""
     groups = laws_of(case)
     law = kept_law(case)
+    if law == BY_TEMPERATURE and case.controls["HEAT"] == 0:
+        case.controls.complain("FRCLAW", "needs temperatures, H = 3")
     varies = case.controls["VARFRC"]
     if varies == 0:
         return friction_law(law, groups[0], groups, speed)
