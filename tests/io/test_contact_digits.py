@@ -171,3 +171,45 @@ def test_every_digit_is_read_or_refused_by_name_and_line(folder, module):
             assert "line " in reason
             needing.add(f"{digit.letter}{value}")
     assert needing == NEEDING[module]
+
+
+WRITTEN = {
+    "blanks are tabs": lambda text: text.replace(" ", "\t"),
+    "lines of other systems": lambda text: text.replace("\n", "\r\n"),
+    "lower case": str.lower,
+    "exponents of Fortran": lambda text: text.replace("82000. 82000.", "8.2D4 8.2+4"),
+    "repeat counts": lambda text: text.replace("0.28 0.28 82000. 82000.", "2*.28 2*82d3"),
+    "commas": lambda text: text.replace("0.28 0.28 82000.", "0.28,0.28,82000."),
+    "over lines": lambda text: text.replace("0.28 0.28 82000.", "0.28\n\n% G\n 0.28\n 82000."),
+    "remarks": lambda text: text.replace("82000. 82000.", "82000. 82000. % POISS 1,2, GG 1,2"),
+    "other remarks": lambda text: text.replace("82000. 82000.", "82000. 82000. ! POISS 2*0.28"),
+    "names behind": lambda text: text.replace("82000. 82000.", "82000. 82000.  POISS 1,2, GG"),
+    "leading zeros left out": lambda text: text.replace(" 0022020", " 22020"),
+    "no stop": lambda text: text.replace(" 0 MODULE\n", ""),
+    "bare stop": lambda text: text.replace(" 0 MODULE\n", " 0\n"),
+    "text behind the stop": lambda text: text + "\n 3 more cases, not calculated\n 1 2 3\n",
+    "an angle in degrees": lambda text: text.replace("0. 0.1 1000.", "0d 0.1 1000."),
+    "an angle in radians": lambda text: text.replace("0. 0.1 1000.", "0r 0.1 1000."),
+    "debug output": lambda text: text.replace("00000001", "10000001\n 0000000 4 PSFLCIN, X_READLN"),
+    "a result element": lambda text: text.replace("3 MODULE", "3 1 2 MODULE"),
+    "spin about its default": lambda text: text.replace("0.0002 0.", "0.0002 0. 0. 0."),
+    "most output": lambda text: text.replace("00000001", "00022691"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("written", WRITTEN.values(), ids=WRITTEN)
+def test_a_case_may_be_written_in_many_ways(folder, written):
+    words, lines = WORDS[3]
+    values = Digits()
+    for digits, plain in zip(words, PLAIN[3], strict=True):
+        values |= {each.name: int(plain[k]) for k, each in enumerate(digits)}
+    text = case_of(3, words, lines, values) + "\n 0 MODULE\n"
+    path = folder / "case.inp"
+    found = []
+    for each in (text, written(text)):
+        path.write_bytes(each.encode())
+        (scene,) = vc.read_contact_input(path)
+        found.append((scene.motion, scene.bodies, scene.grid, scene.normal_force, scene.friction))
+        found[-1] += (scene.surface.h.tolist(),)
+    assert written(text) != text
+    assert found[0] == found[1]
