@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.elasticity.fft_products import fields_of, spectrum_of
 from varcontact.elasticity.halfspace import HalfSpaces, influence_numbers
 from varcontact.elasticity.operators import GridOperator, influence_operator
 
@@ -31,6 +32,21 @@ def test_product_is_the_dense_product(rows, columns, lag, grid):
     np.testing.assert_allclose(
         operator.apply(tractions).ravel(), dense, atol=1e-14 * np.abs(dense).max()
     )
+
+
+@pytest.mark.parametrize(
+    ("shape", "box"), [((8, 8), (15, 15)), ((7, 9), (14, 20)), ((1, 90), (1, 180))]
+)
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_transforms_of_small_boxes_are_those_of_an_fft(shape, box, kind):
+    fields = np.random.default_rng(2).normal(size=(2, 3, *shape)).astype(kind)
+    spectrum = spectrum_of(fields, box)
+    by_fft = np.fft.rfft2(fields.astype(float), box)
+    rounding = 10 * np.finfo(kind).eps
+    assert np.abs(spectrum - by_fft).max() <= rounding * np.abs(by_fft).max()
+    back = fields_of(spectrum, box, shape)
+    assert back.dtype == kind
+    assert np.abs(back - fields).max() <= rounding * np.abs(fields).max()
 
 
 def test_dense_block_entry_by_entry():

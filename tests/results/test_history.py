@@ -74,6 +74,33 @@ def history(request):
     return vc.solve(scene(bodies=vc.Bodies(*request.param)))
 
 
+def test_a_normal_problem_that_stays_is_solved_once():
+    """A step has the pressure of the step before to the bit, until its load changes."""
+    x = np.linspace(-0.6, 0.6, 25)
+    wavy = vc.SampledDistance(h=(x**2 + x[:, None] ** 2) / 20 + 1e-3 * np.cos(9 * x), x=x, y=x)
+    grid = vc.Grid(nx=16, ny=16, dx=0.075, dy=0.075, x0=-0.6, y0=-0.6)
+    motion = vc.Transient(
+        steps=4, dq=[0.0, 0.075, 0.075, 0.075], Fx=-2e-3, normal_force=[0.02, 0.02, 0.03, 0.03]
+    )
+    steps = vc.solve(scene(surface=wavy, motion=motion, grid=grid))
+    assert ["normal" in step.calls for step in steps] == [True, False, True, False]
+    for before, after in ((0, 1), (2, 3)):
+        np.testing.assert_array_equal(steps[before].pressure, steps[after].pressure)
+        assert steps[after].certificate.normal_residual < 1e-8
+    assert not np.array_equal(steps[1].pressure, steps[2].pressure)
+
+
+def test_bounds_on_the_forces_of_steps_are_computed_on_demand():
+    motion = vc.Transient(steps=2, dq=[0.0, 0.05], Fx=-2e-3)
+    for certify, level in (("auto", "gap"), ("full", "full")):
+        step = vc.solve(scene(motion=motion), certify=certify)[-1]
+        assert step.certificate.level == level
+        assert np.isfinite(step.certificate.gap)
+        assert np.isfinite(step.certificate.force_bound).all() == (certify == "full")
+    step = vc.solve(scene(motion=motion))[-1]
+    assert 'certify = "gap"; "full" computes everything' in step.report()
+
+
 def test_series_are_those_of_the_steps(history):
     assert len(history) == 5
     assert history[-1] is history[4]

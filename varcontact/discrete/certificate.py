@@ -32,6 +32,7 @@ from varcontact.discrete.stick_slip import with_implied_fields
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.html import in_rows, preformatted
 from varcontact.interfaces.potential import ROUNDING, magnitude, project
+from varcontact.scene.motion import TimeStep
 from varcontact.system.process import one_blas_thread
 
 LEVELS = ("full", "gap", "none")
@@ -191,7 +192,7 @@ def certificate_of(
     if not disc.frictionless:
         tangential = disc.tangential_problem(state.pressure, acting=state.traction)
     if level == "auto":
-        level = _level_by_size(tangential)
+        level = _default_level(disc, tangential)
     # normal problem, under the final tractions
     elastic = normal.operator.apply(pressure[None])[0]
     normal_error = normal_residual(normal, pressure, approach, elastic)
@@ -231,7 +232,12 @@ def certificate_of(
     )
 
 
-def _level_by_size(tangential: TangentialProblem | None) -> str:
+def _default_level(disc: Discretisation, tangential: TangentialProblem | None) -> str:
+    """The level of "auto": steps of a history have no bounds on their forces, nor have very many
+    elements.
+    """
+    if isinstance(disc.loading.motion, TimeStep):
+        return "gap"
     if tangential is None or tangential.size <= FULL_LIMIT:
         return "full"
     return "gap"

@@ -153,7 +153,8 @@ def solve(
         How much of the certificate is computed: "full", with guaranteed bounds
         on the forces; "gap", without them; "none", or None, the residuals
         alone, which are always there. "auto" is "full" up to 10 000 elements
-        with friction and "gap" beyond. The report says what is left out.
+        with friction, "gap" beyond and in the steps of a history. The report
+        says what is left out.
     refine : None
         Refused: `accuracy`, without a grid, takes its place.
     progress : callable or true, optional
