@@ -3,6 +3,7 @@ imports included.
 """
 
 import ast
+import functools
 import sys
 from pathlib import Path
 
@@ -73,8 +74,13 @@ FILES_OF_A_SOLVE = 37
 through."""
 
 
+@functools.cache
 def imports(path):
     """Modules of the package that a file imports anywhere in it, and whether at its top level."""
+    return list(_imports(path))
+
+
+def _imports(path):
     tree = ast.parse(path.read_text())
     top = {id(node) for node in tree.body}
     for node in ast.walk(tree):

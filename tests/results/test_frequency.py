@@ -242,14 +242,14 @@ def test_full_slip_follows_the_load():
 
 def test_wave_numbers_share_a_space():
     """Many at once, in any order, as each of them alone."""
-    some = np.random.default_rng(3).uniform(0, 9, 60)
+    some = np.random.default_rng(3).uniform(0, 9, 30)
     for sol in (
         line(60, Fx=-0.0015),
         ball(bodies=UNLIKE),
         ball(motion=vc.Steady(vx=0.03, dq=1e-5)),
     ):
         together = sol.frequency_response(some).values
-        for i in (0, 17, 59):
+        for i in (0, 17, 29):
             alone = sol.frequency_response(some[i]).values[0]
             np.testing.assert_allclose(together[i], alone, atol=1e-8 * np.abs(alone).max())
 

@@ -54,6 +54,8 @@ def converge(store, progress):
 
 
 STUDIES = {"history": history, "compare": compare, "converge": converge}
+TABLE_AND_HISTORY = pytest.mark.parametrize("study", ["history", "compare"], indirect=True)
+"""A study of convergence writes the same table as a comparison."""
 PIECES = 6
 """Of work in each study, of which it tells when it begins one."""
 
@@ -76,12 +78,12 @@ def contents(store):
     )
 
 
-@pytest.fixture(params=STUDIES)
+@pytest.fixture(scope="module", params=STUDIES)
 def study(request):
     return request.param
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def alone(study, tmp_path_factory):
     store = tmp_path_factory.mktemp("alone") / name_of(study)
     STUDIES[study](store, None)
@@ -104,6 +106,7 @@ def first(study, tmp_path):
     process.communicate()
 
 
+@TABLE_AND_HISTORY
 def test_the_second_is_refused_and_the_first_goes_on(study, first, alone, tmp_path):
     store, before = tmp_path / name_of(study), (tmp_path / name_of(study)).read_bytes()
     words = rf"is being written by process {first.pid} on .*; wait until that is done"
@@ -119,6 +122,7 @@ def test_the_second_is_refused_and_the_first_goes_on(study, first, alone, tmp_pa
     assert contents(store) == alone
 
 
+@TABLE_AND_HISTORY
 def test_when_the_first_is_killed_the_second_goes_on(study, first, alone, tmp_path):
     store, told = tmp_path / name_of(study), []
     first.kill()

@@ -58,7 +58,7 @@ def ends(law, part, vx, starts, cells=N):
 
 @pytest.mark.parametrize(
     ("law", "part", "vx"),
-    [(STEEP[1], 0.25, 5e-3), (STEEP[0], 0.6, 3e-3), (STEEP[1], 1.0, 5e-3), (STEEP[0], 1.7, 5e-3)],
+    [(STEEP[1], 0.25, 5e-3), (STEEP[0], 0.6, 3e-3), (STEEP[0], 1.7, 5e-3)],
 )
 def test_the_end_under_a_steep_law_is_the_steady_solution_from_stick(law, part, vx, dx, holds):
     """From more slip, the other steady solution, and from more stick; to a tenth of what the two
@@ -217,14 +217,14 @@ def test_what_no_memory_can_be(entries):
 
 
 def test_mirror_and_units(dx):
-    lengths = np.tile([0.3, 0.6, 1.7, 0.25], 12) * dx
-    way = np.repeat([1, 1, -1, 1], 12)
-    motion = vc.Transient(steps=48, dq=lengths, direction=way, vx=8e-3)
+    lengths = np.tile([0.3, 0.6, 1.7, 0.25], 6) * dx
+    way = np.repeat([1, 1, -1, 1], 6)
+    motion = vc.Transient(steps=24, dq=lengths, direction=way, vx=8e-3)
     first = vc.solve(rolling(JUMP, motion))
     mirrored = vc.solve(rolling(JUMP, replace(motion, direction=-way, vx=-8e-3)))
     scaled = vc.solve(in_units(rolling(JUMP, motion), 1024.0, 2.0**-8))
     assert any((sol.weakening % 1 > 0).any() for sol in first)
-    for k in (23, 35, 47):
+    for k in (11, 17, 23):
         np.testing.assert_allclose(mirrored[k].weakening[:, ::-1], first[k].weakening, atol=1e-8)
         np.testing.assert_allclose(mirrored[k].force[0], -first[k].force[0], rtol=1e-7)
         np.testing.assert_allclose(scaled[k].weakening, first[k].weakening, atol=1e-8)
