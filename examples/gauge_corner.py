@@ -148,6 +148,16 @@ def arc(radius: float, angles: np.ndarray) -> np.ndarray:
     return radius * np.stack([np.cos(angles) - 1, np.sin(angles) - 1], axis=1)
 
 
+def block_mesh(lines: np.ndarray, first: float) -> MeshTri:
+    """A flat block, 140 x 70, with nodes at `lines` about the middle of its top, right to left."""
+    right = graded((lines[0], 0.0), (SIZE, 0.0), first)[:0:-1]
+    left = graded((lines[-1], 0.0), (-SIZE, 0.0), first)[1:]
+    top = np.concatenate([right[:, 0], lines, left[:, 0]])
+    far = SIZE * np.array([[-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]])
+    outline = np.concatenate([np.stack([top, 0 * top], axis=1), far])
+    return star_mesh(outline, (0.0, -SIZE / 2), first)
+
+
 def rail_mesh(angles: np.ndarray, first: float) -> MeshTri:
     """A quarter of a rail head with a rounded corner, 70 x 70."""
     side = graded((0.0, -RADIUS), (0.0, -SIZE), first)
@@ -157,28 +167,24 @@ def rail_mesh(angles: np.ndarray, first: float) -> MeshTri:
     return star_mesh(outline, (-SIZE / 2, -SIZE / 2), first)
 
 
-def rail_corner(angles: np.ndarray, first: float) -> Facets:
-    """The rail held far away, with its arc loaded."""
-
-    def held(p: np.ndarray) -> np.ndarray:
-        return p.min(axis=0) < 1e-6 - SIZE
-
-    return loaded_facets(rail_mesh(angles, first), ElementTriP2(), held, on_arc(RADIUS))
+def rail_held(p: np.ndarray) -> np.ndarray:
+    """Marks the sides of the rail head that are far away."""
+    return p.min(axis=0) < 1e-6 - SIZE
 
 
-def wheel_root(radius: float, angles: np.ndarray, first: float) -> Facets:
-    """Two legs that meet in a fillet, as tread and flange do, held far away."""
+def wheel_mesh(radius: float, angles: np.ndarray, first: float) -> MeshTri:
+    """Two legs that meet in a fillet, as tread and flange do."""
     side = graded((0.0, -radius), (0.0, -WHEEL_SIZE), first)
     top = graded((-radius, 0.0), (-WHEEL_SIZE, 0.0), first)
     far = np.array([[-1.0, 0.0], [-1.0, 1.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [1.0, -1.0]])
     bottom = np.array([[0.0, -WHEEL_SIZE]])
     outline = np.concatenate([side[:0:-1], arc(radius, angles), top[1:], WHEEL_SIZE * far, bottom])
-    mesh = star_mesh(outline[::-1], (WHEEL_SIZE / 2, WHEEL_SIZE / 2), first)
+    return star_mesh(outline[::-1], (WHEEL_SIZE / 2, WHEEL_SIZE / 2), first)
 
-    def held(p: np.ndarray) -> np.ndarray:
-        return p.max(axis=0) > WHEEL_SIZE - 1e-6
 
-    return loaded_facets(mesh, ElementTriP2(), held, on_arc(radius))
+def wheel_held(p: np.ndarray) -> np.ndarray:
+    """Marks the sides of the legs that are far away."""
+    return p.max(axis=0) > WHEEL_SIZE - 1e-6
 
 
 def on_arc(radius: float) -> Where:
@@ -238,11 +244,12 @@ def corner(half_width: float, step: float = 0.2) -> Corner:
     force = np.pi / 2 * half_width * HERTZ_PRESSURE
     n = round(np.pi / 2 * RADIUS / step)
     lines = np.linspace(0.0, np.pi / 2, n + 1)
-    angle, rail = by_angle(rail_corner(lines, step), RADIUS)
-    _, flange = by_angle(wheel_root(wheel, lines, step), wheel)
-    # distance of the circles along the normals of the rail
-    offset = wheel - RADIUS
-    radial = np.sqrt(wheel**2 - (offset * np.sin(angle)) ** 2) - offset * np.cos(angle) - RADIUS
+    element = ElementTriP2()
+    on_rail = loaded_facets(rail_mesh(lines, step), element, rail_held, on_arc(RADIUS))
+    on_wheel = loaded_facets(wheel_mesh(wheel, lines, step), element, wheel_held, on_arc(wheel))
+    angle, rail = by_angle(on_rail, RADIUS)
+    _, flange = by_angle(on_wheel, wheel)
+    radial = distance_of_arcs(wheel, angle)
     grid = vc.Grid(nx=n, dx=RADIUS * np.pi / 2 / n, x0=-RADIUS * np.pi / 4)
     pressures = {
         "finite elements": by_elements(grid, angle, (rail + flange) * grid.dx, radial, force),
@@ -250,6 +257,12 @@ def corner(half_width: float, step: float = 0.2) -> Corner:
         "plane": on_the_plane(grid, angle, wheel, force),
     }
     return Corner(grid.x, pressures)
+
+
+def distance_of_arcs(wheel: float, angle: np.ndarray) -> np.ndarray:
+    """Distance of the root of the wheel from the rail, along the normals of the rail."""
+    offset = wheel - RADIUS
+    return np.sqrt(wheel**2 - (offset * np.sin(angle)) ** 2) - offset * np.cos(angle) - RADIUS
 
 
 def by_elements(

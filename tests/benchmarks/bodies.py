@@ -1,8 +1,9 @@
 """Bodies by numbers of their own: cost of a solution beside the package's half-spaces, and the
-error of half-spaces at a gauge corner by finite elements.
+errors of half-spaces at a gauge corner by finite elements, in plane strain and in rolling.
 """
 
-import importlib.util
+import importlib
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,7 @@ from varcontact.elasticity.operators import _kept_tables, influence_operator
 
 NU = 0.3
 SIZE = 0.28
-EXAMPLE = Path(__file__).parents[2] / "examples" / "gauge_corner.py"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def half_spaces(kx: np.ndarray, ky: np.ndarray) -> np.ndarray:
@@ -90,10 +91,7 @@ def tables_of(scene: vc.Scene) -> None:
 
 def corner(quick: bool) -> Table:
     """Errors of half-spaces at a gauge corner, by half width and size of elements."""
-    spec = importlib.util.spec_from_file_location("gauge_corner", EXAMPLE)
-    assert spec is not None and spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(example)
+    example = example_of("gauge_corner")
     solve: Callable[..., Any] = example.corner
     rows = []
     for half_width in (4.0,) if quick else (2.0, 3.0, 4.0, 5.0, 6.0):
@@ -109,4 +107,36 @@ def corner(quick: bool) -> Table:
     return Table(head, ("g", "g", ".0f", "+.2f", "+.1f", "+.2f", "+.1f"), rows)
 
 
-TABLES = {"cost": cost, "corner": corner}
+def rolling_corner(quick: bool) -> Table:
+    """Errors of half-spaces at a gauge corner in rolling, and of the elements on flat blocks."""
+    example = example_of("gauge_corner_rolling")
+    rows = []
+    for step in (0.8,) if quick else (0.4, 0.27):
+        for half_width in (3.0,) if quick else (2.0, 3.0, 4.0):
+            flat = example.flat_blocks(half_width, step)
+            rows.append([half_width, step, "flat blocks", *flat.values(), None])
+            models = example.rolling(half_width, step)
+            exact = models[example.MODELS[0]]
+            for name in example.MODELS[1:]:
+                errors = models[name].errors(exact).values()
+                rows.append([half_width, step, name, *errors, 1e4 * models[name].free_creepage])
+            rows[-2][2] = "plane half-spaces"
+            rows[-1][2] = "half-spaces along the arc"
+            rows.append(
+                [half_width, step, "finite elements", *[0.0] * 4, 1e4 * exact.free_creepage]
+            )
+    head = (
+        "half width, mm", "elements, mm", "model", "peak, %", "area, %",
+        "Fx by creepage, %", "Fy by spin, %", "free creepage, 1e-4",
+    )  # fmt: skip
+    return Table(head, ("g", "g", "{}", "+.1f", "+.1f", "+.1f", "+.1f", ".2f"), rows)
+
+
+def example_of(name: str) -> Any:
+    """An example as a module; one imports another."""
+    if str(EXAMPLES) not in sys.path:
+        sys.path.insert(0, str(EXAMPLES))
+    return importlib.import_module(name)
+
+
+TABLES = {"cost": cost, "corner": corner, "rolling": rolling_corner}

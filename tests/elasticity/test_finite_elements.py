@@ -1,6 +1,6 @@
 """Compliances by finite elements: Hertz on a flat block, and the gauge corner of a rail."""
 
-import importlib.util
+import importlib
 from pathlib import Path
 
 import numpy as np
@@ -8,32 +8,40 @@ import pytest
 import skfem
 
 import varcontact as vc
+from varcontact.elasticity.of_scenes import medium_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture(scope="module")
-def example():
+def examples():
+    """The folder of examples on the path of modules."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(EXAMPLES)
+        yield
+
+
+@pytest.fixture(scope="module")
+def example(examples):
     """The example `gauge_corner` as a module."""
-    path = Path(__file__).parents[2] / "examples" / "gauge_corner.py"
-    spec = importlib.util.spec_from_file_location("gauge_corner", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return importlib.import_module("gauge_corner")
+
+
+@pytest.fixture(scope="module")
+def rolling(examples):
+    """The example `gauge_corner_rolling` as a module."""
+    return importlib.import_module("gauge_corner_rolling")
 
 
 @pytest.fixture(scope="module")
 def block(example):
     """The loaded facets of a block of 140 x 70, 0.2 wide each, clamped at its bottom."""
-    size, reach, side = 70.0, 3.0, 0.2
-    middle = np.arange(reach, -reach - side / 2, -side)
-    right = example.graded((reach, 0.0), (size, 0.0), side)[:0:-1]
-    left = example.graded((-reach, 0.0), (-size, 0.0), side)[1:]
-    top = np.concatenate([right[:, 0], middle, left[:, 0]])
-    far = np.array([[-size, 0], [-size, -size], [0, -size], [size, -size], [size, 0]])
-    outline = np.concatenate([np.stack([top, 0 * top], axis=1), far])
+    side, reach = 0.2, 3.0
+    mesh = example.block_mesh(np.arange(reach, -reach - side / 2, -side), side)
     return example.loaded_facets(
-        example.star_mesh(outline, (0.0, -size / 2), side),
+        mesh,
         skfem.ElementTriP2(),
-        lambda p: p[1] < 1e-6 - size,
+        lambda p: p[1] < 1e-6 - example.SIZE,
         lambda p: (p[1] > -1e-9) & (np.abs(p[0]) < reach),
     )
 
@@ -76,3 +84,41 @@ def test_half_spaces_at_the_gauge_corner(example):
     conformal, _ = corner.errors("conformal")
     assert plane == pytest.approx(-1.9, abs=0.15)
     assert conformal == pytest.approx(0.5, abs=0.15)
+
+
+def test_flat_blocks_by_wave_number_roll_as_half_spaces(rolling):
+    """Sections of prisms, factored by wave number and summed: the error of the mesh alone."""
+    errors = rolling.flat_blocks(3.0, step=0.8, cells=14, waves=9)
+    assert errors["peak pressure"] == pytest.approx(0.0, abs=2.0)
+    assert errors["Fx by creepage"] == pytest.approx(0.0, abs=2.0)
+    assert errors["Fy by spin"] == pytest.approx(0.0, abs=2.0)
+
+
+def test_numbers_of_a_flat_block_by_wave_number_are_those_of_a_half_space(rolling):
+    """All nine two elements away and more, also what pressures shift along x and across (K)."""
+    grid = vc.Grid(nx=8, ny=8, dx=1.0, dy=0.8, x0=-4.0, y0=-3.2)
+    found = rolling.flat_block(grid, waves=9)
+    below = vc.Bodies(G=(np.inf, rolling.G), nu=(0.0, rolling.NU))
+    lattice = vc.Grid(nx=9, ny=8, dx=1.0, dy=0.8, x0=0.0, y0=0.0)
+    numbers = medium_of(below, 1.0, 4.0).operator(lattice, "xyz", "xyz").table / below.combined_G
+    offsets = np.arange(8)[:, None] - np.arange(8)
+    exact = numbers[:, :, offsets + 7]
+    far = np.hypot(np.arange(-8, 9), 0.8 * offsets[..., None]) >= 2.0
+    size = np.abs(exact[:, :, far]).max(axis=2, keepdims=True)
+    off = np.abs(found - exact)[:, :, far] / np.maximum(size, size.max() / 10)
+    assert off.max() < 0.08
+
+
+def test_half_spaces_at_the_gauge_corner_in_rolling(rolling):
+    """Creep forces and pressures of a coarse mesh; half-spaces shift nothing along x."""
+    models = rolling.rolling(3.0, step=0.8, cells=26, waves=9)
+    exact = models["finite elements"]
+    assert exact.with_spin.certificate.residual < 1e-8
+    plane = models["plane"].errors(exact)
+    conformal = models["conformal"].errors(exact)
+    assert plane["peak pressure"] == pytest.approx(-3.6, abs=1.0)
+    assert conformal["peak pressure"] == pytest.approx(-1.3, abs=1.0)
+    assert plane["Fy by spin"] == pytest.approx(-4.0, abs=1.5)
+    assert plane["Fx by creepage"] == pytest.approx(3.0, abs=2.0)
+    assert exact.free_creepage == pytest.approx(1.35e-4, rel=0.1)
+    assert models["plane"].free_creepage == pytest.approx(0.0, abs=1e-10)
