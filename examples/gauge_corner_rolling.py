@@ -184,13 +184,14 @@ def kernel_by_row(
 @dataclass(frozen=True)
 class Problem:
     """A grid on the arc of the rail, the angles of its rows from the bisector, the radius of the
-    wheel's root, and the force along the bisector.
+    wheel's root, the force along the bisector, and the approach by Hertz.
     """
 
     grid: vc.Grid
     angle: np.ndarray
     wheel: float
     force: float
+    approach: float
 
     @property
     def distance(self) -> np.ndarray:
@@ -209,20 +210,20 @@ class Problem:
 def problem(half_width: float, step: float, cells: int) -> Problem:
     """The contact whose half width across the rail is given by Hertz, as is its peak pressure."""
 
-    def hertz(radius: float) -> tuple[float, float, float]:
-        """Semi-axes and force under the peak pressure."""
+    def hertz(radius: float) -> tuple[float, float, float, float]:
+        """Semi-axes, force and approach under the peak pressure."""
         surface = vc.Paraboloids(Rx=ROLLING_RADIUS, Ry=radius)
         unit = vc.Scene(bodies=STEEL, surface=surface, normal_force=1e4).hertz
         larger = HERTZ_PRESSURE / unit.peak_pressure
-        return larger * unit.a, larger * unit.b, 1e4 * larger**3
+        return larger * unit.a, larger * unit.b, 1e4 * larger**3, larger**2 * unit.approach
 
     found = root_scalar(lambda radius: hertz(radius)[1] - half_width, bracket=(20.0, 2000.0))
-    a, b, force = hertz(found.root)
+    a, b, force, approach = hertz(found.root)
     rows = 2 * round(REACH * b / step)
     arc_step = RADIUS * np.pi / 2 / arc_elements(step)
     dx = 2 * REACH * a / cells
     grid = vc.Grid(nx=cells, ny=rows, dx=dx, dy=arc_step, x0=-REACH * a, y0=-rows * arc_step / 2)
-    return Problem(grid, grid.y / RADIUS, 1 / (1 / RADIUS - 1 / found.root), force)
+    return Problem(grid, grid.y / RADIUS, 1 / (1 / RADIUS - 1 / found.root), force, approach)
 
 
 def arc_elements(step: float) -> int:
@@ -280,7 +281,7 @@ def on_the_arc(given: Problem, bodies: vc.Elasticity | vc.Bodies) -> Rolls:
         along = np.cos(given.angle)[:, None] * pressure
         return float(along.sum()) * given.grid.area - given.force
 
-    found = root_scalar(excess, x0=0.1, x1=0.15, rtol=1e-6)
+    found = root_scalar(excess, x0=0.9 * given.approach, x1=given.approach, rtol=1e-6)
 
     def rolling(vx: float, spin: float) -> vc.Solution:
         return solved(found.root, friction=FRICTION, motion=given.motion(vx, spin))

@@ -64,6 +64,7 @@ SMALLER: dict[str, dict[str, Any]] = {
     "fig30_to_33_rolling_cylinders": {"cells": 40},
     "fig34_spheres": {"cells": 13},
     "fig36_37_rolling_spheres": {"cells": 1},
+    "gauge_corner_rolling": {"half_widths": (3.0,), "step": 0.8, "waves": 9},
     "spence_indentation": {"cells": 20, "presses": 12},
     "temperature": {"cells": 16, "points": 8},
     "theories_bank": {"cells": 12},
