@@ -159,7 +159,10 @@ def test_a_case_without_output_has_no_patches(tmp_path):
     path.write_text(f" Case     1\n Input: WARNING.\n Case     2\n{result}")
     first, second = vc.read_contact_output(path)
     assert (first.patches, second.patches[0]["FN"]) == ((), 1.0)
-    path.write_text(f" Case     1\n{result} Case     2\n Input: ERROR.\n")
+    for text in ("", f" Case     1\n{result}"):
+        path.write_text(f"{text} Case     2\n Input: ERROR. FSTAT and FKIN must be the same\n")
+        assert vc.read_contact_output(path)[-1].patches == ()
+    path.write_text(f" Case     1\n{result} Case     2\n NORM\n")
     with pytest.raises(vc.SceneError, match="ends case 2, whose contact patch 1 has no FN"):
         vc.read_contact_output(path)
 

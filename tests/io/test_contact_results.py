@@ -310,3 +310,49 @@ def test_elements_that_come_twice_or_are_none_are_refused(tmp_path, shifted):
         path.write_text("\n".join(rows))
         with pytest.raises(vc.SceneError, match=words):
             vc.read_contact_result(path)
+
+
+MATERIALS = {
+    0: ("", ""),
+    1: ("FG1 FG2 TC1 TC2", "1.0 1.0 0.9000E-02 0.9000E-02"),
+    2: ("FLX1 FLX2 FLX3 K0_MF ALFAMF BETAMF", "1e-5 1e-5 1e-5 1. 1. 1."),
+    4: ("GG3 LAYTHK TAU_C0 K_TAU", "8200. 0.01 50. 0."),
+}
+LAWS = {
+    0: ("FSTAT FKIN", "0.4 0.4"),
+    2: ("FKIN FLIN1 SABSH1 FLIN2 SABSH2 MEMDST MEM_S0", "0.2 0.1 50. 0. 1. 0. 1."),
+    6: ("FREF TREF DFHEAT DTHEAT MEMDST MEM_S0", "0.3 0. -0.1 400. 0. 1."),
+}
+PLASTIC = ("TAUCRT", "UPLSX", "UPLSY")
+HEATED = ("TEMP1", "TEMP2")
+
+
+@pytest.mark.parametrize("M", MATERIALS)
+@pytest.mark.parametrize("L", LAWS)
+@pytest.mark.parametrize("more", [(), PLASTIC, (*PLASTIC, *HEATED)], ids=len)
+def test_every_kind_of_result_is_read(tmp_path, M, L, more):
+    """Layers, viscoelastic bodies, simplified theories, laws, plasticity and temperatures."""
+    names, numbers = MATERIALS[M]
+    poisson = (" POISS2", " 0.42") if M != 2 else ("", "")
+    law_names, law = LAWS[L]
+    rows = "".join(
+        f" {k} {state} 0.01 0.4 {4 - k:.1f} 1.0 0.5 0.02 0. 0. 0.-100 {'7.5 ' * len(more)}\n"
+        for k, state in enumerate((1, 2, 3), 1)
+    )
+    path = tmp_path / "kinds.0001.mat"
+    path.write_text(
+        "%  TIM S_WS(FC) TH_WS(FC) Y_R(TR) Z_R(TR) ROLL_R(TR) RNOM_ROL - FMT\n 7*0. 0 2410\n".replace(
+            "7*0.", "0. 0. 0. 0. 0. 0. 0."
+        )
+        + "% X_CP(R) Y_CP(R) NPATCH IPATCH SPINXO SPINYO -\n 1. 2. 1 1 0. 0. 0.\n"
+        + "% MX MY XL YL DX DY CHI DQ C1 D YNOM_WHL -\n 3 1 0. 0. .5 .5 0. .5 1 4 750. 0.\n"
+        + f"% T M GG1 GG2 POISS1{poisson[0]} {names} -\n 3 {M} 200. 200. .42{poisson[1]} {numbers} 0.\n"
+        + f"% L H VELOC {law_names} -\n {L} 3 1000. {law} 0.\n"
+        + f"% I IGS H MU PN PX PY UN UX UY SREL {' '.join(more)}\n{rows}"
+    )
+    result = vc.read_contact_result(path)
+    assert result.normal_force == pytest.approx(6.0 * 0.25)
+    assert result.state.tolist() == [[1, 2, 3]]
+    assert result.values["D"] == 4.0
+    assert all(result.columns[name].tolist() == [[7.5] * 3] for name in more)
+    assert result.values[law_names.split()[0]] == float(law.split()[0])

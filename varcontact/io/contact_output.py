@@ -28,6 +28,7 @@ NONE_FOUND = "NO CONTACT FOUND"
 NAME = re.compile(r"(?:CREEP|SHIFT) [XY](?=\s|$)|\S+")
 CAPITALS = re.compile(r"(?:CREEP |SHIFT )?[A-Z][A-Z0-9_./,()]*$")
 FORCES = ("FN", "FX", "APPROACH")
+STOPPED = re.compile(r"\s*(Input: ERROR|ERROR\b|Errors found)")
 CURVED = "BAR_"
 """Before FN, FX and FS of conformal patches: sums of components along the curved surface."""
 OVERFLOW = re.compile(r"\*+$|NaN$|[+-]?Infinity$", re.IGNORECASE)
@@ -177,7 +178,8 @@ def _case(
         elif not of_profile:
             table |= entries
             table |= {name.removeprefix(CURVED): value for name, value in entries.items()}
-    unprinted = not values and last < len(lines)  # O = 0, or its input stopped it
+    # O = 0, or its input stopped it, which the last one has to say
+    unprinted = not values and (last < len(lines) or any(map(STOPPED.match, lines[first:last])))
     if side is None and not patches and not unprinted and not _without_contact(lines[first:last]):
         patches = [values]
     _check_patches(file, last, case, patches, announced)
