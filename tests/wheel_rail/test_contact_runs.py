@@ -221,6 +221,20 @@ def test_an_angle_that_would_part_a_patch_is_said(profiles):
         assert bool(run.patches) == (reason == "")
 
 
+def test_a_near_miss_that_would_move_a_patch_is_said(profiles):
+    """GAP_MISS: the flange comes near the rail; a smaller gap than that counts nothing."""
+    fine = "1.000   90d   8.0   4.0 "
+    at = (PLACE, " 0.0 5.6 1e4 0. 0. 0. "), COARSE
+    (plain,) = run_wheels(cases(profiles, *at))
+    gap = plain.solution.case.locus.gap - plain.solution.z
+    for miss, words in ((1e-6, ""), (5.0, "GAP_MISS = 5.0 is not allowed: must be at most ")):
+        given = (COARSE[0] + fine[5:], f"{COARSE[1]}{fine[5:]} 12. {miss} ")
+        (run,) = run_wheels(cases(profiles, at[0], given))
+        assert run.reason.startswith(words)
+        assert bool(run.patches) == (words == "")
+    assert (gap > 0).any()
+
+
 def test_deviations_of_a_wheel_move_it_alone(profiles):
     """E = 5: a wheel that is turned about its own middle, and moved, is one of a wheel set that
     is.

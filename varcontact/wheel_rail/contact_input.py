@@ -62,6 +62,8 @@ FASTRIP = 5
 """Values of the digit M."""
 NO_TAPE = 1000.0
 """YTAPE from which a wheel has no tape circle [mm]."""
+NO_NEAR_MISS = -1.0
+"""GAP_MISS with which nothing is near [mm]."""
 CONFORMAL = 4
 BY_ELEMENT = (3, 6)
 """Values of the digit D with which patches are curved, and have the rigid slip of each element."""
@@ -118,6 +120,10 @@ class WheelCase:
         A_SEP [rad], from which CONTACT parts patches whatever their distance;
         here patches are parted by distance, and a case in which it would count
         is not run.
+    near_miss : float
+        GAP_MISS [mm]: places where wheel and rail are nearer than this, but do
+        not touch, move the ends of patches beside them in CONTACT, not here; a
+        case that has one is not run.
     simplified : SimplifiedTheory or None
         Where tractions are those of CONTACT's simplified theory, M = 2 or 3.
     """
@@ -134,6 +140,7 @@ class WheelCase:
     before: WheelCase | None = None
     stresses: tuple[Group, ...] = ()
     separating_angle: float = math.pi / 2
+    near_miss: float = NO_NEAR_MISS
     simplified: SimplifiedTheory | None = None
 
     @property
@@ -284,6 +291,7 @@ class _Reader:
                 element=given.element,
                 wheel=self._wheel(given),
                 separating_angle=given.entries["grid"].angle(3),
+                near_miss=given.entries["grid"].option(1, NO_NEAR_MISS),
                 stresses=given.stress_points,
                 **_simplified(given),
                 **_forces(given),
@@ -597,9 +605,6 @@ def _grid(case: CaseInput) -> dict[str, Any]:
     if elements.number(2) != 1 and case.controls["GAUSEI"] == CONVEX_GS:
         reason = "with G = 2 is not supported: the step of rolling here is an element; supported: 1"
         elements.refuse("DQREL", elements.number(2), reason)
-    if elements.option(1, -1.0) >= 0:
-        reason = "is not supported: patches are parted where they touch; negative: none is near"
-        elements.refuse("GAP_MISS", elements.optional[1], reason)
     places = {"dx": 0, "dy": 1, "separate": 4, "join": 5}
     grid: dict[str, Any] = {name: elements.number(k) for name, k in places.items()}
     if elements.optional:

@@ -84,6 +84,7 @@ def run_wheels(cases: Iterable[WheelCase]) -> Iterator[WheelRun]:
                 continue
             solution = _solved(case, _wheel_solver(case, solved))
             _check_angles(case, solution)
+            _check_near_misses(case, solution)
             stresses = _stresses_below(case, solution)
         except VarcontactError as error:
             yield WheelRun(case, reason=str(error))
@@ -113,6 +114,7 @@ def _run_simplified(case: WheelCase, theory: SimplifiedTheory) -> WheelRun:
         solution = bare.solve(certify="none", start=solution)
         patches, vertical_force = _marched(wheel, solution, theory)
     _check_angles(case, solution)
+    _check_near_misses(case, solution)
     return WheelRun(case, solution, "", patches, note="simplified theory as CONTACT marches it")
 
 
@@ -309,6 +311,17 @@ def _check_angles(case: WheelCase, solution: WheelRailSolution) -> None:
         if max(angles) - min(angles) > case.separating_angle:
             allowed = "at least the angle between parts of a patch: patches are parted by distance"
             raise SceneError("A_SEP", case.separating_angle, allowed)
+
+
+def _check_near_misses(case: WheelCase, solution: WheelRailSolution) -> None:
+    """Refuse a place where wheel and rail nearly touch, which moves CONTACT's patches."""
+    gap = solution.case.locus.gap - solution.z
+    inner = gap[1:-1]
+    least = (inner <= gap[:-2]) & (inner <= gap[2:])
+    near = inner[least & (inner > 0) & (inner < case.near_miss)]
+    if near.size:
+        allowed = f"at most {near.min():.3g} mm, a gap beside the patches, which counts there alone"
+        raise SceneError("GAP_MISS", case.near_miss, allowed)
 
 
 def values_of(patch: PatchSolution) -> dict[str, float]:
