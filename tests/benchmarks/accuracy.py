@@ -13,7 +13,6 @@ from tests.benchmarks.table import Table, least
 from tests.random_scenes import KINDS, scenes
 from varcontact.data.benchmark_scenes import unlike_bank
 from varcontact.results.quantities_of_interest import units, values
-from varcontact.solving.given_pressure import without_friction
 
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 CELLS, IN_LINE = (72, 108, 162), (454, 681, 1022)
@@ -213,7 +212,7 @@ def steps(quick: bool) -> Table:
 
 def _tangential(scene: vc.Scene) -> vc.Program:
     """The program of the tractions under the pressure without them."""
-    pressed = vc.solve(without_friction(scene), certify="none", tol=1e-12)
+    pressed = vc.solve(scene.without_friction, certify="none", tol=1e-12)
     return vc.program(replace(scene, grid=pressed.grid), "tangential", pressure=pressed.pressure)
 
 

@@ -20,7 +20,6 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
-from varcontact.solving.given_pressure import without_friction
 from varcontact.solving.program import ProblemName, Program, ProgramName, program
 from varcontact.solving.selection import why_not_hertz
 from varcontact.solving.solve import solve
@@ -84,7 +83,7 @@ class BenchmarkProblem:
         """
         pressure = None
         if self.problem == "tangential" and why_not_hertz(self.scene):
-            pressure = solve(without_friction(self.scene), certify="none", tol=1e-12).pressure
+            pressure = solve(self.scene.without_friction, certify="none", tol=1e-12).pressure
         return program(self.scene, self.problem, formulation, pressure=pressure)
 
 
@@ -173,7 +172,7 @@ def _scene(
         grid=across,
     )
     if motion is None:
-        return without_friction(rolling)
+        return rolling.without_friction
     return rolling
 
 
@@ -347,7 +346,7 @@ def _layers() -> Named:
         for across in (14, 26):
             grid = _square(1.5, across)
             rolling = _scene(Steady(vx=0.1, speed=speeds.get(name)), grid, sphere, bodies)
-            yield f"{name}, pressure, {across} across", without_friction(rolling)
+            yield f"{name}, pressure, {across} across", rolling.without_friction
             yield f"{name}, steady, {across} across", rolling
 
 

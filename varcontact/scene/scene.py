@@ -362,6 +362,13 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             return self.grid
         return usual_grid(self.line)
 
+    @property
+    def without_friction(self) -> Scene:
+        """The same bodies in contact without tractions; viscoelastic ones go on rolling."""
+        if self.bodies.relaxes:
+            return replace(self, motion=Steady(speed=self.speed), friction=0.0)
+        return replace(self, motion=None, friction=None)
+
     @lazy_property
     def hertz(self) -> HertzContact | None:
         """Hertz's solution where surface, bodies and load allow it, else None; a line contact has

@@ -18,7 +18,6 @@ from varcontact.discrete.state import (
 )
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 
 TRACTION_RANGE = 1e50
@@ -32,13 +31,6 @@ def check_placed(scene: Scene, purpose: str) -> None:
     if not placed and scene.hertz is None:
         allowed = f"explicit, with dx, dy, x0 and y0, {purpose}"
         raise SceneError("grid", scene.grid, allowed)
-
-
-def without_friction(scene: Scene) -> Scene:
-    """The same bodies in contact without tractions; viscoelastic ones roll."""
-    if scene.bodies.relaxes:
-        return replace(scene, motion=Steady(speed=scene.speed), friction=0.0)
-    return replace(scene, motion=None, friction=None)
 
 
 def contact_under(

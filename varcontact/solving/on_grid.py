@@ -31,7 +31,6 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance, along_axes
 from varcontact.solving.contact_solver import ContactSolver, as_held, contact, with_normal_force
 from varcontact.solving.coupling import PASSES_MAX
-from varcontact.solving.given_pressure import without_friction
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
 from varcontact.system.process import lazy_property
@@ -322,7 +321,7 @@ def _coarse_search(
     if plan.method not in ("convex", "conic"):
         plan = replace(plan, normal="norm")
     coarse = ContactSolver(plan, SEARCH_TOL, True, solver.stats, deadline=solver.deadline)
-    frictionless = without_friction(scene)
+    frictionless = scene.without_friction
     # which may lie within the samples
     depth = None if scene.approach is None else surface.reference_depth
     rows = None if scene.line else SEARCH_ELEMENTS

@@ -43,7 +43,7 @@ from varcontact.solvers.conic.programs import (
 )
 from varcontact.solvers.interface import SolveStats
 from varcontact.solvers.registry import SolverSpec, solver_spec
-from varcontact.solving.given_pressure import check_placed, contact_under, without_friction
+from varcontact.solving.given_pressure import check_placed, contact_under
 from varcontact.solving.methods import Methods
 from varcontact.solving.options import TOLERANCE
 from varcontact.solving.pipeline import check_memory
@@ -435,7 +435,7 @@ def _of_pressures(scene: Scene, formulation: str) -> Program:
     notes = []
     if scene.coupled and not scene.frictionless:
         notes.append(f"no tractions, which would change the pressure ({scene.difference})")
-    scene = without_friction(scene)
+    scene = scene.without_friction
     plan = select(scene, Methods(normal="clarabel"))
     disc = discretise(scene, plan.potential_contact.known)
     cells = plan.cells(scene)

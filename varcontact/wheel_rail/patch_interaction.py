@@ -27,13 +27,6 @@ SEAM_TOL = 1e-6
 """Change of the distance that ends them, relative to the approach."""
 
 
-def frictionless(scene: Scene) -> Scene:
-    """The scene without tractions; viscoelastic bodies need their rolling velocity all the same."""
-    if scene.bodies.relaxes:
-        return replace(scene, friction=0.0)
-    return replace(scene, motion=None, friction=None)
-
-
 def with_interaction(scene: Scene, interactions: Interactions) -> Scene:
     """The scene with the undeformed distance in which each part of a patch feels the others by the
     interactions' weights.
@@ -54,7 +47,7 @@ def with_interaction(scene: Scene, interactions: Interactions) -> Scene:
     part = np.searchsorted(places, grid.y)
     unfelt = _unfelt(weights)
     disc = discretise(
-        replace(frictionless(scene), grid=grid, surface=replace(surface, x=None, y=None)),
+        replace(scene.without_friction, grid=grid, surface=replace(surface, x=None, y=None)),
         grid,
     )
     problem = disc.normal_problem()

@@ -35,7 +35,6 @@ from varcontact.solving.grid_sequence import (
 )
 from varcontact.solving.options import SolveOptions, Target
 from varcontact.wheel_rail.bearing_height import BearingHeight
-from varcontact.wheel_rail.patch_interaction import frictionless
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.patch_warnings import noisy_patches, too_wide
 from varcontact.wheel_rail.result import WheelRailSolution
@@ -357,7 +356,7 @@ def _at_approaches(
             solution, on_grids = _chosen(patch.scene, not_certified, target, operators=kept)
             levels.append(on_grids)
         else:
-            bare = frictionless(patch.scene)
+            bare = patch.scene.without_friction
             no_pressure = replace(target, of_pressure=False)
             solution, _ = _chosen(bare, for_pressure(methods), no_pressure)
             levels.append([])

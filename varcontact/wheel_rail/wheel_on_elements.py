@@ -21,7 +21,7 @@ from varcontact.solving.options import SolveOptions
 from varcontact.solving.solve import solve
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
-from varcontact.wheel_rail.patch_interaction import frictionless, with_interaction
+from varcontact.wheel_rail.patch_interaction import with_interaction
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_geometry import ContactPatch, WheelGeometry
@@ -151,7 +151,7 @@ class WheelOnElements:
 
     def _press(self) -> None:
         """The contacts without friction, and what they bear."""
-        bare = [frictionless(each.scene) for each in self._patches]
+        bare = [each.scene.without_friction for each in self._patches]
         near = [each.initial_guess for each in self._frictionless] or self._before
         methods = for_pressure(self._methods)
         self._frictionless = _contacts(
@@ -263,7 +263,7 @@ def for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
 
 def _by_theory(scene: Scene, methods: dict[str, Any]) -> Solution:
     """A patch by a theory, on an ellipse with its normal force."""
-    normal = solve(frictionless(scene), **for_pressure(methods))
+    normal = solve(scene.without_friction, **for_pressure(methods))
     # Hertz's contact with the same second moments, a^2/5 and b^2/5
     grid = normal.grid
     weights = normal.pressure / normal.pressure.sum()
