@@ -63,7 +63,7 @@ class Posed:
     tangential : TangentialProblem or None
         None without a motion, and without friction.
     traction : ndarray, shape (c, m)
-        On the elements that can bear any.
+        On the elements that can carry any.
     rigid : ndarray, shape (c,)
         Rigid shift that was found where a force is prescribed.
     unit : float

@@ -173,7 +173,7 @@ def test_a_step_in_which_only_parts_touch():
 
 
 def test_files(tmp_path):
-    """The pressure on the parts is kept, and measured again; one that the elements do not bear is
+    """The pressure on the parts is kept, and measured again; one with other means than the elements is
     refused.
     """
     sol, path = vc.solve(second_order(posed())), tmp_path / "sol.nc"
@@ -181,7 +181,7 @@ def test_files(tmp_path):
     assert sol.to_xarray()["pressure_on_parts"].sizes == {"y_parts": rows, "x_parts": columns}
     wrong = dataclasses.replace(sol, pressure_on_parts=1.01 * sol.pressure_on_parts)
     wrong.save(path)
-    refused(lambda: vc.load(path), match="that these do not bear", error=vc.OutputError)
+    refused(lambda: vc.load(path), match="has other means than the elements", error=vc.OutputError)
     wrong = dataclasses.replace(sol, pressure_on_parts=None)
     wrong.save(path)
     refused(lambda: vc.load(path), match="that is missing", error=vc.OutputError)

@@ -300,7 +300,7 @@ test_a_wrong_name_is_told_the_right_one = refusals(
 
 
 def test_a_load_that_cannot_be_met_exactly_says_so():
-    with pytest.raises(NotConverged, match="no height of the axle was found that bears 80000 N"):
+    with pytest.raises(NotConverged, match="no height of the axle was found that balances 80000 N"):
         wheel(2.0, dx=2.0, dy=2.0).solve(tol=1e-90)
     with pytest.raises(NotConverged, match="heights are rounded: give a larger vertical_force"):
         wheel(2.0, vertical_force=1e-5).solve()
@@ -309,7 +309,7 @@ def test_a_load_that_cannot_be_met_exactly_says_so():
 def test_a_wheel_that_friction_lifts_is_refused():
     """Beyond Nadal's limit, tan(angle) < f for a wheel that slides up: no height bears the load."""
     climbing = wheel(7.0, yaw=-0.02, friction=0.6, vertical_force=10e3, dx=1.0, dy=0.5)
-    said = r"vertical_force = 10000 N: no height of the axle bears it.* friction lifts it .* \(together -\S+ N\)"
+    said = r"no height of the axle balances vertical_force = 10000 N: friction lifts the rail .* \(together -\S+ N\)"
     for do in (climbing.solve, climbing.estimate):
         with pytest.raises(SceneError, match=said):
             do()
@@ -321,7 +321,7 @@ def test_normal_forces_far_larger_than_the_load_are_said():
     """
     flange = wheel(7.0, dx=1.0, dy=0.5)
     with pytest.warns(
-        UserWarning, match=r"normal forces of \S+ N bear the load of 8e\+04 N, .* 6\d\.\d degrees"
+        UserWarning, match=r"normal forces of \S+ N carry the load of 8e\+04 N, .* 6\d\.\d degrees"
     ):
         found = flange.solve()
     assert found.patches[0].normal_force > 2 * 80e3

@@ -333,8 +333,8 @@ def test_error_bars_come_with_the_grids_that_are_chosen():
 
 
 @pytest.mark.parametrize(("more", "error", "words"), [
-    ({"y": 25.0, "lateral_force": 500e3, "free": ("y", "roll", "pitch_rate")}, SceneError, "no position bears"),
-    ({"torque": 30e6}, NotConverged, "torque = 3e.07 is more than friction bears, about 2.2"),
+    ({"y": 25.0, "lateral_force": 500e3, "free": ("y", "roll", "pitch_rate")}, SceneError, "no position balances"),
+    ({"torque": 30e6}, NotConverged, "torque = 3e.07 exceeds the friction limit, about 2.2"),
     ({"position": Position(y=3.0, roll=0.01), "free": ()}, SceneError, "left wheel is above .* add roll to free"),
     ({"roll_moment": 150e6}, SceneError, "lift the (left|right) wheel off"),
     ({"y": 100.0}, NoContact, "beside the rail"),
@@ -343,14 +343,14 @@ def test_error_bars_come_with_the_grids_that_are_chosen():
     ({"y": -60.0}, SceneError, "right wheel is on its outer end, at y = 740"),
     ({"wheelset": replace(WHEELSET, inside_distance=1100.0)}, NoContact, "beside the rail"),
 ])  # fmt: skip
-def test_what_no_position_bears(more, error, words):
+def test_loads_that_no_position_balances(more, error, words):
     with pytest.raises(error, match=words):
         wheel_set(**more).estimate()
 
 
-def test_a_torque_a_little_beyond_what_friction_bears():
+def test_a_torque_a_little_beyond_the_friction_limit():
     """The fast way comes near the balance there, and forces no longer depend on the pitch rate."""
-    with pytest.raises(NotConverged, match="is more than friction bears, about") as caught:
+    with pytest.raises(NotConverged, match="exceeds the friction limit, about") as caught:
         wheel_set(torque=-1.005 * 0.3 * 160e3 * 460.0).solve()
     assert 0 < caught.value.residual < 0.02
 

@@ -66,7 +66,7 @@ range."""
 class Subgrid:
     """The same contact on equal parts of the elements, on which its pressure was solved for.
 
-    The elements bear the means of their parts' pressures (ny rows, nx columns), which are
+    The elements carry the means of their parts' pressures (ny rows, nx columns), which are
     dimensionless.
     """
 

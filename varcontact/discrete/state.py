@@ -1,7 +1,7 @@
 """The pressures and tractions on a grid that pass from one solver to the next,
 and equal parts of its elements.
 
-Elements at the contact's edge may count in part: they bear the means of their
+Elements at the contact's edge may count in part: they carry the means of their
 parts' pressures, and are covered as far as the parts are in contact. These
 pressures are found before any tractions, which must not change them.
 """

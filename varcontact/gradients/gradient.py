@@ -260,7 +260,7 @@ def _check_stick(solution: Solution) -> None:
     prescribed = [name for name in FORCES if getattr(motion, name) is not None]
     if prescribed and solution.elements["stick"] == 0:
         field = f"motion.{prescribed[0]}"
-        allowed = "less than friction bears: in full slip no derivative is defined"
+        allowed = "below the friction limit: in full slip no derivative is defined"
         raise SceneError(field, getattr(motion, prescribed[0]), allowed)
 
 

@@ -171,9 +171,9 @@ class Interface(ABC):
     """An interface without memory; each kind says what is different."""
 
     frictionless: bool = False
-    """True where it bears no traction at all."""
+    """True where it carries no traction at all."""
     unbounded: bool = False
-    """True where it bears every traction."""
+    """True where it carries every traction."""
     flows: bool = False
     """True where a shift may flow within it, beside the slip of the surfaces."""
     by_slip: bool = False

@@ -323,7 +323,8 @@ def _check_pressure_on_parts(sol: Solution) -> None:
     rounding = ROUNDED * sol.pressure.max()
     if (parts is not None) != on_parts or np.any(np.abs(on_elements - sol.pressure) > rounding):
         raise ValueError(
-            "a pressure on parts of the elements that is missing, or that these do not bear"
+            "a pressure on parts of the elements that is missing, "
+            "or has other means than the elements"
         )
 
 

@@ -389,7 +389,7 @@ def _check_conformal(scene: Scene) -> None:
         force = getattr(motion, f"F{axis}")
         if curved and force is not None:
             allowed = (
-                "left out: in conformal contact the pressure bears a part of it; "
+                "left out: in conformal contact the pressure carries a part of it; "
                 f"prescribe v{axis} or u{axis}"
             )
             raise SceneError(f"motion.F{axis}", force, allowed)

@@ -253,8 +253,8 @@ def _sliding_strip(scene: Scene) -> str:
     if motion.Fx == 0 and not motion.Fy and not motion.rigid[1]:
         return ""
     return (
-        "a smooth base bears no shear: "
-        "either end of the strip is taken to bear half of a shear force"
+        "a smooth base carries no shear: "
+        "either end of the strip is taken to carry half of a shear force"
     )
 
 

@@ -506,7 +506,7 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
             solutions=[with_values(sol, estimate.of_step(k)) for k, sol in enumerate(answer)],
         )
     best = estimate.values
-    # in conformal contact the pressure bears a part of Fy
+    # in conformal contact the pressure carries a part of Fy
     if {"Fx", "Fy"} <= set(best) and not answer.scene.conformal:
         size = math.hypot(best["Fx"], best["Fy"])
         limit = friction_limit(answer)

@@ -48,7 +48,7 @@ TOL_MIN = 1e-12
 FORCE_TOL = 1e-9
 """Part of the normal force that may be missing in conformal contact."""
 FORCE_SOLVES_MAX = 20
-"""Solutions at most to find the pressures that bear the normal force of a conformal contact."""
+"""Solutions at most to find the pressures that balance the normal force of a conformal contact."""
 ALTERNATIONS_MAX = 50
 """Pressures and tractions in turn at most within a joint pass."""
 FIELD_PASSES_MAX = 500

@@ -233,8 +233,8 @@ def together(
     """Pressure and tractions by "newton" or "splitting" for both at once, from tractions under a
     pressure; as they were where these fail.
 
-    Where tractions bear a part of the normal force, the approach is then given; splitting lets
-    pressures alone bear it.
+    Where tractions carry a part of the normal force, the approach is then given; splitting lets
+    pressures alone carry it.
     """
     tangential = disc.tangential_problem(state.pressure)
     if tangential.size == 0 or not np.any(state.traction):
@@ -291,7 +291,7 @@ def together(
 
 def _in_normal_force(disc: Discretisation, solver: str) -> np.ndarray | None:
     """Parts of tractions and pressures in a prescribed normal force, (3, ny, nx); None where
-    pressures alone bear it, as by splitting, or with fields that follow from slip.
+    pressures alone carry it, as by splitting, or with fields that follow from slip.
     """
     if solver != "newton" or disc.loading.normal_force is None or disc.sought(by_slip=True):
         return None

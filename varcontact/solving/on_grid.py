@@ -162,7 +162,7 @@ def solve_contact(
     The `operators` serve again on the same lattice. Tractions of like bodies begin from `traction`,
     on as many elements. An initial guess, on another grid, gives the place of the contact, its
     pressure and its tractions. In conformal contact the force along the normal of the plane is
-    prescribed: the sum of the pressures is sought with which they and the tractions bear it.
+    prescribed: the sum of the pressures is sought with which they and the tractions balance it.
     """
     coupled = solver.plan.coupling != "none"
     with solver.stats.stage("grid"):

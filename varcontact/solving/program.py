@@ -88,7 +88,7 @@ class Program(Reported):
 
     All numbers are scaled, of order one. Rows and cones are in the order zero (equations),
     nonnegative, second-order (``s[0] >= |s[1:]|``, an element each); elements run along x first,
-    row by row of the grid, and only those that can bear traction have variables.
+    row by row of the grid, and only those that can carry traction have variables.
 
     Attributes
     ----------

@@ -36,7 +36,7 @@ class BearingHeight:
     `propose` gives the next height until `done`. There, `learn_normal` takes the vertical part of
     the normal forces alone, and `near` says whether the rest is worth solving for; `learn` takes
     the vertical force. The secant method is for force^(2/3) of normal forces, which is nearly
-    straight, between heights that bear less and more; the vertical force is nearly a power of what
+    straight, between heights that carry less and more; the vertical force is nearly a power of what
     normal forces bear. From another position come the height to start at, and the forces `known`:
     those of the normal forces, and of all. On the `same_grids` they tell the power, too.
     """
@@ -57,11 +57,11 @@ class BearingHeight:
         self.z = self._first(start)
         self._tried = [(case.touching, 0.0)]
         self._slope = math.nan
-        # normal forces, and what they bear with the rest
+        # normal forces, and what they carry with the rest
         self._known = known or (1.0, 1.0)
         self._tells_power = same_grids
         self._power = 1.0
-        # where tractions bear a part, they are solved for near the height
+        # where tractions carry a part, they are solved for near the height
         self._mixed = case.tractions_bear_load
         self._enough = tol
         if self._mixed:
@@ -96,7 +96,7 @@ class BearingHeight:
             raise NotConverged(self._missed(), abs(self._excess))
 
     def _missed(self) -> str:
-        words = f"no height of the axle was found that bears {self._load:g} N"
+        words = f"no height of the axle was found that balances {self._load:g} N"
         if self._tol * (self.z - self._case.touching) >= ROUNDING * self._case.wheelset.radius:
             return words
         reason = "heights are rounded more coarsely; give a larger load, or tol"
@@ -104,7 +104,7 @@ class BearingHeight:
 
     @property
     def near(self) -> bool:
-        """True if so much of the load is borne that tractions are worth solving for."""
+        """True if so much of the load is carried that tractions are worth solving for."""
         return abs(self._excess) <= self._enough
 
     def learn_normal(self, force: float) -> None:
@@ -139,13 +139,13 @@ class BearingHeight:
 
     def _lifted(self, force: float) -> SceneError:
         load = self._load
-        lifted = f"friction lifts it by more than its normal force bears (together {force:.4g} N)"
-        reason = f"vertical_force = {load:g} N: no height of the axle bears it: {lifted}"
+        lifted = "friction lifts the rail more than the normal force presses it down"
+        reason = f"no height of the axle balances vertical_force = {load:g} N: {lifted} (together {force:.4g} N)"
         remedy = "give another position or friction, or z"
         return SceneError("vertical_force", load, message=f"{reason}; {remedy}")
 
     def _next(self) -> float:
-        """The height by the secant method, between those that bear less and more."""
+        """The height by the secant method, between those that carry less and more."""
         heights, forces = np.array(self._tried).T
         normal, known = self._known
         goal = normal * (self._load / known) ** (1 / self._power)

@@ -58,7 +58,7 @@ no height and roll balance the loads, in spacings."""
 NEARBY = 3.0
 """Largest distance of the balance from the point where it was expected, in spacings."""
 PRESSED = 0.02
-"""Step to a greater depth, relative to the depth, at which the rail must bear more of a wheel."""
+"""Step to a greater depth, relative to the depth, at which the rail must carry more of a wheel."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Search:
         return values
 
     def _left_over(self, point: np.ndarray) -> np.ndarray | None:
-        """Loads that are not borne where the wheel set is held; None where it cannot be held."""
+        """Loads that are not balanced where the wheel set is held; None where it cannot be held."""
         values = self._values(point)
         most = FARTHEST_YAW / SPACING_YAW
         for name in self._held:
@@ -174,7 +174,7 @@ class Search:
         return np.array([missing[BALANCED[name]] for name in self._held])
 
     def _held_near(self, point: np.ndarray) -> dict[str, float] | None:
-        """Loads that are not borne at a point, or beside it where forces jump just there; None
+        """Loads that are not balanced at a point, or beside it where forces jump just there; None
         where the wheel set cannot be held.
         """
         for offset in OFFSETS:
@@ -187,7 +187,7 @@ class Search:
         return None
 
     def _hold(self, point: np.ndarray) -> dict[str, float]:
-        """Loads that are not borne where the wheel set is held, with the others balanced."""
+        """Loads that are not balanced where the wheel set is held, with the other equations met."""
         balance = equations(self._case.moved(self._values(point)), self._held)
         spun = next((name for name in ("pitch_rate", "speed") if name in balance.names), None)
         # from the wheel set held before
@@ -286,14 +286,15 @@ class Search:
         return whole, at
 
     def _refusal(self, nearest: tuple[int, float, dict[str, float]] | None) -> SceneError:
-        """No position bears the loads: by how much the nearest one fails."""
+        """The error where no position balances the loads, with what the nearest one leaves."""
         load = BALANCED[self._held[0]]
-        words = "no position bears the loads"
+        words = "no position balances the loads"
         if nearest is not None:
             number, missing, values = nearest
             load = BALANCED[self._held[number]]
             places = ", ".join(f"{name} = {value:.4g}" for name, value in values.items())
-            words += f": nearest to it, at {places}, {short(equations(self._case), load, missing)}"
+            remainder = short(equations(self._case), load, missing)
+            words += f": at the nearest one, {places}, {remainder}"
         return SceneError(load, getattr(self._case, load), message=words)
 
 
@@ -308,13 +309,13 @@ def unbalanced(balance: Balance, imbalance: np.ndarray) -> str:
     case = balance.case
     words = f"no balance was found at y = {case.position.y:.4g} mm, where"
     wheels = [case.wheel(side, 0.0) for side in SIGN]
-    # more than friction bears
+    # loads beyond the friction limit
     limit = (case.vertical_force or np.inf) * max(_static_friction(each) for each in wheels)
     limits = {"torque": limit * case.wheelset.radius, "longitudinal_force": limit * 1.0}
-    for name, bearable in limits.items():
+    for name, largest in limits.items():
         load = getattr(case, name)
-        if abs(load) > bearable:
-            return f"{words} {name} = {load:.4g} is more than friction bears, about {bearable:.4g}"
+        if abs(load) > largest:
+            return f"{words} {name} = {load:.4g} exceeds the friction limit, about {largest:.4g}"
     # the load that is missed by most; rails that yield come after the loads
     k = int(np.abs(imbalance).argmax())
     missing = "a rail yields"
@@ -333,8 +334,8 @@ def _static_friction(wheel: WheelOnRail) -> float:
 
 
 def short(balance: Balance, load: str, missing: float) -> str:
-    """A sentence on the part of a load that is not borne; `missing` is relative to the load of the
-    axle, and the arm of a moment.
+    """A sentence on the part of a load that is not balanced; `missing` is relative to the load of
+    the axle, and the arm of a moment.
     """
     middle = balance.case.wheelset.middle
     arms = {"roll_moment": middle, "yaw_moment": middle, "torque": balance.case.wheelset.radius}
@@ -376,7 +377,7 @@ def _above_rail(case: LoadedWheelSet, wheel: WheelOnRail) -> SceneError:
             f"with roll = {roll:.4g} the {wheel.side} wheel is above its rail; add roll to free"
         )
         return SceneError("position.roll", roll, message=reason)
-    reason = f"the loads lift the {wheel.side} wheel off its rail: no position bears them"
+    reason = f"the loads lift the {wheel.side} wheel off its rail: no position balances them"
     return SceneError("roll_moment", case.roll_moment, message=reason)
 
 

@@ -48,7 +48,7 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
     if case.vertical_force is not None and normal > STEEP * case.vertical_force:
         steepest = np.degrees(max(abs(each.patch.angle) for each in found.patches))
         words = (
-            f"normal forces of {normal:.4g} N bear the load of {case.vertical_force:.4g} N, "
+            f"normal forces of {normal:.4g} N carry the load of {case.vertical_force:.4g} N, "
             f"on a flange as steep as {steepest:.3g} degrees: "
             "a wheel with this load hardly comes to this position"
         )

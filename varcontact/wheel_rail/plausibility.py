@@ -43,7 +43,7 @@ def warnings_of(case: OnTrack) -> tuple[str, ...]:
 
 
 def _load(case: OnTrack) -> str:
-    """A load that looks like one in kN, or is greater than wheels bear."""
+    """A load that looks like one in kN, or is greater than wheels carry."""
     wheels = 1 if isinstance(case, WheelGeometry) else 2
     load = case.vertical_force
     if load is None or wheels * LEAST_LOAD <= load <= wheels * LARGEST_LOAD:

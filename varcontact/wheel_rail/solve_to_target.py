@@ -192,8 +192,8 @@ def _on_finer_elements(
 ) -> WheelRailSolution:
     """On elements that are finer by `RATIO` each time, three times or as often as the time allows.
 
-    Forces are those of the last, without extrapolation: they bear the load. The last three tell the
-    errors.
+    Forces are those of the last, without extrapolation: they balance the load. The last three tell
+    the errors.
     """
     ends = 0.0 if target.time_budget is None else started + target.time_budget
     n = float(ACROSS if target.time_budget is None else COARSEST_ELEMENTS)

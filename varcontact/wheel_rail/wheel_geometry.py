@@ -352,7 +352,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
 
     @property
     def tractions_bear_load(self) -> bool:
-        """True where tractions bear a part of the vertical force, or change the pressures."""
+        """True where tractions carry a part of the vertical force, or change the pressures."""
         return self.with_friction or self.bodies.coupled or self.curved
 
     @property

@@ -1,4 +1,4 @@
-"""A wheel on elements of given sides: heights of its axle until the patches bear the load."""
+"""A wheel on elements of given sides: heights of its axle until the patches balance the load."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def newton_coupled(
     """Solve for pressure and tractions together by an inexact Newton method with products by FFT
     only.
 
-    The start has pressures that bear something, and tractions (1 + c, ny, nx); less the approach,
+    The start has pressures that carry a load, and tractions (1 + c, ny, nx); less the approach,
     and rigid shifts (1 + c,). So has the answer; where it is not "Solved" that is no more than a
     point on the way.
     """
