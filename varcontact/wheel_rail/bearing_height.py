@@ -139,8 +139,10 @@ class BearingHeight:
 
     def _lifted(self, force: float) -> SceneError:
         load = self._load
-        lifted = "friction lifts the rail more than the normal force presses it down"
-        reason = f"no height of the axle balances vertical_force = {load:g} N: {lifted} (together {force:.4g} N)"
+        reason = (
+            f"no height of the axle balances vertical_force = {load:g} N: friction lifts the rail "
+            f"more than the normal force presses it down (together {force:.4g} N)"
+        )
         remedy = "give another position or friction, or z"
         return SceneError("vertical_force", load, message=f"{reason}; {remedy}")
 
