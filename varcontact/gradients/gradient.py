@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -13,6 +13,7 @@ from varcontact.gradients.adjoint import Adjoint, LinearisedSolution
 from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS, creepages_of
 from varcontact.gradients.following import Following, along_with_ellipse
 from varcontact.gradients.inputs import number_of, path_of, quantity_of
+from varcontact.gradients.linearised_contact import Edge
 from varcontact.gradients.outputs import Creepage, Output, output_of
 from varcontact.results.solution import Solution
 from varcontact.scene import consistency
@@ -118,7 +119,8 @@ class _Request:
 
     def of(self, solution: Solution) -> dict[str, np.ndarray]:
         """Values of the outputs and their derivatives by input, (outputs, ...)."""
-        found = [_Derivatives(solution, output, self.edge) for output in self.outputs.values()]
+        about = _Linearisations(solution)
+        found = [_Derivatives(about, output, self.edge) for output in self.outputs.values()]
         derivatives = {
             name: np.array([each.by(path) for each in found]) for name, path in self.inputs.items()
         }
@@ -149,11 +151,25 @@ def _on_half_the_elements(solution: Solution) -> Solution:
     return solve(coarse, normal=solution.plan.normal, certify="none")
 
 
+@dataclass(frozen=True, eq=False)
+class _Linearisations:
+    """A solution linearised with each kind of edge, shared by all outputs."""
+
+    solution: Solution
+    made: dict[Edge, LinearisedSolution] = field(default_factory=dict)
+
+    def __call__(self, edge: Edge) -> LinearisedSolution:
+        if edge not in self.made:
+            self.made[edge] = LinearisedSolution.of(self.solution, edge)
+        return self.made[edge]
+
+
 class _Derivatives:
     """Derivatives of one output; adjoints are made when an input first needs them."""
 
-    def __init__(self, solution: Solution, output: Output, edge: EdgeName) -> None:
-        self._solution = solution
+    def __init__(self, about: _Linearisations, output: Output, edge: EdgeName) -> None:
+        self._about = about
+        self._solution = about.solution
         self._output = output
         self._edge = edge
         self._adjoints: dict[str, Adjoint] = {}
@@ -161,7 +177,7 @@ class _Derivatives:
 
     @property
     def value(self) -> float:
-        return self._adjoint("held").value
+        return self._output.value(self._about("held").fields)
 
     def by(self, path: str) -> float | np.ndarray:
         """By an input."""
@@ -181,9 +197,9 @@ class _Derivatives:
         if self._edge != "auto":
             _check_edge(solution, self._edge, path)
             return self._edge
-        about = self._adjoint("held").about
         of_a_step = isinstance(solution.scene.motion, TimeStep)
-        if of_a_step or not about.contact.moves or not self._output.needs_motion:
+        tractions = self._about("held").contact.moves and self._output.needs_motion
+        if of_a_step or not tractions:
             return "held"
         if path == "distance":
             _check_edge(solution, "moving", path)
@@ -193,16 +209,14 @@ class _Derivatives:
             return "following"
         return "held"
 
-    def _adjoint(self, edge: Any) -> Adjoint:
+    def _adjoint(self, edge: Edge) -> Adjoint:
         if edge not in self._adjoints:
-            about = LinearisedSolution.of(self._solution, edge)
-            self._adjoints[edge] = about.adjoint(self._output)
+            self._adjoints[edge] = self._about(edge).adjoint(self._output)
         return self._adjoints[edge]
 
     def _on_following_grid(self) -> Following:
         if self._following is None:
-            about = LinearisedSolution.of(self._solution, "held")
-            self._following = Following.of(about, self._output)
+            self._following = Following.of(self._about("held"), self._output)
         return self._following
 
 
