@@ -13,7 +13,7 @@ Lengths in mm, forces in N. Run: python examples/rail_profile.py [picture.png]
 """
 
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -27,9 +27,11 @@ RAIL = Profile.rail_60e1()
 WHEELSET = WheelSet(wheel=Profile.s1002())
 CANT = 1 / 40
 LOAD = 80e3
-HEAD = (-34.0, 24.0)  # the part of the rail that is ground
-MOST = 0.4  # that is ground off
-DEPTH = 0.35  # elements cover what is nearer to the wheel than this
+WIDEST = 5.0  # displacement
+HEAD = (-36.0, 24.0)  # the part of the rail that is ground
+UNIT = 0.05  # of the numbers
+MOST = 0.3  # that is ground off
+DEPTH = 0.8  # elements cover what is nearer to the wheel than this
 LENGTH = 9.0  # of the elements' area along the rail, either way
 CONICITY = (0.05, 0.15)
 PENALTY = 100.0
@@ -43,10 +45,34 @@ def wheel(y: float, rail: Profile = RAIL, **more: object) -> WheelOnRail:
 
 
 def splines(y: np.ndarray, numbers: int) -> np.ndarray:
-    """Cubic B-splines across the head, at places (n,): (n, numbers)."""
-    knots = np.linspace(*HEAD, numbers + 4)
-    found = BSpline(knots, np.eye(numbers), 3, extrapolate=False)(y)
-    return np.nan_to_num(found)
+    """Cubic B-splines across the head, zero at its ends, at places (n,): (n, numbers)."""
+    spacing = (HEAD[1] - HEAD[0]) / (numbers + 3)
+    knots = np.linspace(HEAD[0] - 3 * spacing, HEAD[1] + 3 * spacing, numbers + 10)
+    return BSpline.design_matrix(np.clip(y, *HEAD), knots, 3).toarray()[:, 3:-3]
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Peak pressure, T-gamma and rolling radius of contacts (n, 3), and their derivatives by the
+    numbers (n, 3, numbers).
+    """
+
+    values: np.ndarray
+    slopes: np.ndarray
+
+
+@dataclass(frozen=True)
+class Result:
+    """Figures and conicities before and after over the displacements y, and what exact solutions
+    have at some: (peak pressure, T-gamma).
+    """
+
+    y: np.ndarray
+    numbers: np.ndarray
+    figures: dict[str, Figures]
+    conicity: dict[str, np.ndarray]
+    checked_at: np.ndarray
+    checked: dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -84,7 +110,7 @@ class Contact:
         # rolling radii
         on_wheel = patch.on_wheel[0] + grid.y * np.cos(angle)
         radius = WHEELSET.profile.z_at(on_wheel)[:, None]
-        return cls(scene, by_height[:, None] * splines(place, numbers), radius)
+        return cls(scene, UNIT * by_height[:, None] * splines(place, numbers), radius)
 
     def solve(self, ground: np.ndarray) -> vc.Solution:
         """The contact of a rail that is ground by numbers."""
@@ -103,31 +129,121 @@ class Contact:
 
 @dataclass
 class Design:
-    """Contacts at positions that are symmetric about the middle."""
+    """Contacts at displacements that are symmetric about the middle, ascending."""
 
     y: np.ndarray
     contacts: list[Contact]
-    first: np.ndarray | None = None
     solves: int = 0
-    courses: list[np.ndarray] = field(default_factory=list)
+    first: Figures | None = None
+
+    def figures(self, ground: np.ndarray) -> Figures:
+        """Figures of all contacts, and their derivatives."""
+        self.solves += len(self.contacts)
+        values, slopes = zip(*(each.figures(ground) for each in self.contacts), strict=True)
+        return Figures(np.array(values), np.array(slopes))
+
+    def conicity(self, figures: Figures) -> tuple[np.ndarray, np.ndarray]:
+        """At the displacements y < 0, and its derivatives."""
+        half = self.y.size // 2
+        radius = figures.values[:, 2]
+        slopes = figures.slopes[:, 2]
+        distance = -2 * self.y[:half]
+        values = (radius[::-1][:half] - radius[:half]) / distance
+        return values, (slopes[::-1][:half] - slopes[:half]) / distance[:, None]
 
     def __call__(self, ground: np.ndarray) -> tuple[float, np.ndarray]:
-        """What is minimised, and its derivatives."""
-        figures = [each.figures(ground) for each in self.contacts]
-        self.solves += len(figures)
-        peak, wear, radius = np.array([values for values, _ in figures]).T
-        by_peak, by_wear, by_radius = np.moveaxis([slopes for _, slopes in figures], 1, 0)
+        """The objective and its derivatives by the numbers."""
+        figures = self.figures(ground)
         if self.first is None:
-            self.first = np.array([peak.mean(), wear.mean()])
-        half = self.y.size // 2
-        opposite = slice(None, half - 1, -1)  # the displacements y > 0, the largest first
-        distance = -2 * self.y[:half]
-        conicity = (radius[opposite] - radius[:half]) / distance
-        by_conicity = (by_radius[opposite] - by_radius[:half]) / distance[:, None]
+            self.first = figures
+        # means of peak pressure and T-gamma, by those of the rail as it is
+        scale = self.first.values[:, :2].mean(axis=0)
+        value = (figures.values[:, :2].mean(axis=0) / scale).sum()
+        slopes = (figures.slopes[:, :2].mean(axis=0) / scale[:, None]).sum(axis=0)
+        # conicity beyond its bounds
+        conicity, by_numbers = self.conicity(figures)
         beyond = conicity - np.clip(conicity, *CONICITY)
-        value = peak.mean() / self.first[0] + wear.mean() / self.first[1]
-        slopes = by_peak.mean(0) / self.first[0] + by_wear.mean(0) / self.first[1]
-        self.courses.append(np.array([peak.max(), wear.mean(), conicity.min(), conicity.max()]))
         value += PENALTY * (beyond**2).mean()
-        slopes += 2 * PENALTY * (beyond @ by_conicity) / half
+        slopes += 2 * PENALTY * beyond @ by_numbers / beyond.size
         return float(value), slopes
+
+
+def ground_rail(numbers: np.ndarray) -> Profile:
+    """The rail that is ground by numbers."""
+    return replace(RAIL, z=RAIL.z + UNIT * splines(RAIL.y, numbers.size) @ numbers, name="ground")
+
+
+def main(
+    picture: str = "rail_profile.png",
+    positions: int = 20,
+    numbers: int = 30,
+    steps: int = 25,
+    dx: float = 1.5,
+    checked_at: tuple[float, ...] = (-4.0, -2.0, 0.0, 2.0, 4.0),
+) -> Result:
+    """Design the rail, and check it by exact solutions of wheels at some displacements."""
+    y = np.linspace(-WIDEST, WIDEST, positions)
+    design = Design(y, [Contact.at(each, numbers, dx, 0.8) for each in y])
+    best = minimize(
+        design,
+        np.zeros(numbers),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(0.0, MOST / UNIT)] * numbers,
+        options={"maxiter": steps},
+    )
+    assert design.first is not None
+    rails = {"60E1": RAIL, "ground": ground_rail(best.x)}
+    figures = {"60E1": design.first, "ground": design.figures(best.x)}
+    checked = {
+        name: np.array([exact(each, rail) for each in checked_at]) for name, rail in rails.items()
+    }
+    conicity = {name: design.conicity(each)[0] for name, each in figures.items()}
+    for name in rails:
+        peak, wear = checked[name].T
+        print(
+            f"{name}: peak pressure {peak.min():.0f} to {peak.max():.0f} N/mm2, "
+            f"T-gamma {wear.mean():.2f} N, "
+            f"conicity {conicity[name].min():.3f} to {conicity[name].max():.3f}"
+        )
+    print(f"{design.solves} solves of contacts")
+    result = Result(y, best.x, figures, conicity, np.array(checked_at), checked)
+    draw(result).savefig(picture, dpi=150)
+    return result
+
+
+def exact(y: float, rail: Profile) -> list[float]:
+    """Peak pressure and T-gamma of a wheel by the default solution."""
+    patches = wheel(y, rail, vertical_force=LOAD).solve().patches
+    peak = max(each.solution.max_pressure for each in patches)
+    return [peak, sum(each.solution.friction_work for each in patches)]
+
+
+def draw(result: Result) -> plt.Figure:
+    """What is ground off, and pressure, T-gamma and conicity before and after."""
+    figure, axes = plt.subplots(2, 2, figsize=(9.0, 6.4), layout="constrained")
+    (off, peak), (wear, cone) = axes
+    across = np.linspace(*HEAD, 400)
+    off.plot(across, UNIT * splines(across, result.numbers.size) @ result.numbers)
+    off.set(xlabel="across the rail [mm]", ylabel="ground off [mm]")
+    off.invert_yaxis()
+    for colour, (name, figures) in zip(("C0", "C1"), result.figures.items(), strict=True):
+        values = figures.values
+        dots = {"color": colour, "marker": "o", "linestyle": "none"}
+        peak.plot(result.y, values[:, 0], colour, label=f"{name}, 8-norm")
+        peak.plot(result.checked_at, result.checked[name][:, 0], **dots, label=f"{name}, peak")
+        wear.plot(result.y, values[:, 1], colour, label=name)
+        wear.plot(result.checked_at, result.checked[name][:, 1], **dots)
+        cone.plot(-result.y[: result.y.size // 2], result.conicity[name], colour, label=name)
+    for each in CONICITY:
+        cone.axhline(each, color="0.5", linestyle="--")
+    peak.set(xlabel="displacement [mm]", ylabel="pressure [N/mm$^2$]", ylim=(0, None))
+    wear.set(xlabel="displacement [mm]", ylabel="T-gamma [N]", yscale="log")
+    cone.set(xlabel="displacement [mm]", ylabel="conicity", ylim=(0, None))
+    peak.legend()
+    cone.legend()
+    return figure
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

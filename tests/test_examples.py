@@ -46,6 +46,9 @@ def ran(tmp_path, capsys):
     return run
 
 
+SMALL_RAIL = {"positions": 2, "numbers": 12, "dx": 2.0}
+
+
 def test_what_was_run_here_is_not_run_for_the_gallery(tmp_path):
     example = gallery.Example(tmp_path / "fig.py")
     example.path.write_text('"""A title.\n\nRun: python fig.py [picture.png]"""\n1 / 0\n')
@@ -551,6 +554,34 @@ def test_crowned_roller(ran, pictures):
     np.testing.assert_array_equal(
         pictures[0].axes[0].get_lines()[1].get_ydata(), designed.pressure.max(axis=1)
     )
+
+
+def test_rail_profile(ran, pictures):
+    """A few steps bring the conicity below its bound, and T-gamma down, also by the default
+    solution of the new rail.
+    """
+    found = ran("rail_profile", "T-gamma", steps=5, checked_at=(3.0,), **SMALL_RAIL)
+    assert found.conicity["60E1"][0] > 0.15 > found.conicity["ground"][0] > 0.05
+    before, after = (found.figures[name].values[:, 1].mean() for name in ("60E1", "ground"))
+    assert after < 0.8 * before
+    assert found.checked["ground"][0, 1] < 0.8 * found.checked["60E1"][0, 1]
+    np.testing.assert_array_equal(
+        pictures[0].axes[2].get_lines()[2].get_ydata(), found.figures["ground"].values[:, 1]
+    )
+
+
+def test_rail_profile_has_derivatives_by_its_numbers():
+    """Of peak pressure and rolling radius, as differences have them while no element changes its
+    state.
+    """
+    contact = script("rail_profile").Contact.at(-3.0, SMALL_RAIL["numbers"], 1.5, 0.8)
+    start = np.full(SMALL_RAIL["numbers"], 0.5)
+    way = np.cos(np.arange(start.size))
+    _, slopes = contact.figures(start)
+    above, below = (contact.figures(start + step * way)[0] for step in (1e-3, -1e-3))
+    expected = (above - below) / 2e-3
+    found = slopes @ way
+    assert found[[0, 2]] == pytest.approx(expected[[0, 2]], rel=0.01)
 
 
 def test_corrugation(ran):

@@ -41,8 +41,8 @@ GROUPS = {
     "More examples": r"(?!fig).*\.py",
     "Scene files": r".*\.toml",
 }
-# in the folder pictures: this example takes minutes
-PICTURES_OF_FULL_RUNS = {"sampling": "sampling.png"}
+# in the folder pictures: these examples take minutes
+PICTURES_OF_FULL_RUNS = {"rail_profile": "rail_profile.png", "sampling": "sampling.png"}
 SMALLER: dict[str, dict[str, Any]] = {
     "compare_bank": {
         "picture": "compare_bank.png",

@@ -12,7 +12,7 @@ from varcontact.errors import SceneError
 from varcontact.gradients.adjoint import Adjoint, LinearisedSolution
 from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS, creepages_of
 from varcontact.gradients.following import Following, along_with_ellipse
-from varcontact.gradients.inputs import number_of, path_of, quantity_of
+from varcontact.gradients.inputs import derivative_unit, number_of, path_of, quantity_of
 from varcontact.gradients.linearised_contact import Edge
 from varcontact.gradients.outputs import Creepage, Output, output_of
 from varcontact.results.solution import Solution
@@ -109,9 +109,9 @@ class _Request:
 
     def check(self, solution: Solution) -> None:
         """Refuse outputs and inputs that the scene has not."""
-        for field, names in (("output", self.outputs), ("by", self.inputs)):
+        for argument, names in (("output", self.outputs), ("by", self.inputs)):
             if not names:
-                raise SceneError(field, [], "at least one")
+                raise SceneError(argument, [], "at least one")
         for name, output in self.outputs.items():
             check_output(solution, name, output)
         for path in self.inputs.values():
@@ -367,9 +367,7 @@ def _dataset(
         below = "1"
         if name != "value":
             below = units.of(quantity_of(request.inputs[name]), grid.line, shift)
-        quotients = own
-        if below != "1":
-            quotients = [f"({each})/({below})" for each in own]
+        quotients = [derivative_unit(each, below) for each in own]
         attributes = {"units": "; ".join(quotients)}
         dims = ("output", "y", "x")[: found.ndim]
         variables[name] = (dims, found, attributes)

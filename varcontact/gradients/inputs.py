@@ -56,6 +56,13 @@ def quantity_of(path: str) -> str:
     return QUANTITIES.get(whole, "1")
 
 
+def derivative_unit(above: str, below: str) -> str:
+    """Unit of a derivative, by those of the output and the input."""
+    if below == "1":
+        return above
+    return f"({above})/({below})"
+
+
 def number_of(scene: Scene, path: str) -> tuple[SceneOf, float]:
     """A function from the value of a number to the scene with it, and the value."""
     parts = path.split(".")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,9 +13,11 @@ from varcontact.errors import SceneError
 from varcontact.html import Reported
 from varcontact.io.labelled import Labelled
 from varcontact.results.error_estimate import with_bar
+from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
+from varcontact.study.derivatives import inputs_of
 from varcontact.study.parameters import changed
-from varcontact.study.scan import creep_curve
+from varcontact.study.scan import check_exact, creep_curve
 from varcontact.system.progress import Progress
 from varcontact.theories.creep_forces import OPTIONS
 
@@ -175,8 +177,10 @@ def fit_creep_curve(
 
     Notes
     -----
-    Trust-region least squares (`scipy.optimize.least_squares`); the errors are from the curvature
-    at the minimum, ``sigma^2 (J'J)^-1``, over the parameters that do not stand on a bound.
+    Trust-region least squares (`scipy.optimize.least_squares`), with derivatives from the gradients
+    of the solutions where they have them (exact theory, entries with a gradient), else from
+    differences of curves. Errors are from the curvature at the minimum, ``sigma^2 (J'J)^-1``, over
+    the parameters that do not stand on a bound.
 
     Examples
     --------
@@ -226,11 +230,29 @@ def fit_creep_curve(
         computed = np.concatenate([curve[name].to_numpy()[0] for name in forces])
         return (computed - measured)[used] / scale
 
+    def slopes(values: np.ndarray) -> np.ndarray:
+        _, _, curve = curve_of(values)
+        columns = []
+        for entry in names:
+            by_entry = [curve[f"{name}_by_{entry}"].to_numpy()[0] for name in forces]
+            columns.append(np.concatenate(by_entry))
+        return np.array(columns).T[used] / scale
+
     from scipy.optimize import least_squares
 
     # the minimum
+    jacobian: Any = "2-point"
+    if curve_of.by:
+        jacobian = slopes
     size = np.maximum(np.abs(first), 1e-3 * (high - low))
-    fit = least_squares(residuals, first, bounds=(low, high), x_scale=size, diff_step=DIFFERENCE)
+    fit = least_squares(
+        residuals,
+        first,
+        jac=jacobian,
+        bounds=(low, high),
+        x_scale=size,
+        diff_step=DIFFERENCE,
+    )
     # errors and correlation of the parameters that are not on a bound
     on_bound = _on_bounds(fit, size, low, high)
     free = np.flatnonzero(~on_bound)
@@ -290,16 +312,21 @@ def _measured(
     return measured, used
 
 
+Evaluated = tuple[Scene, dict[str, float], "xr.Dataset"]
+
+
 @dataclass(frozen=True)
 class _Curve:
     """The creep curve of a scene by the values of its parameters: entries of it, or options of the
-    theory.
+    theory. It has derivatives `by` its parameters where solutions have gradients.
     """
 
     scene: Scene
     names: list[str]
     method: str
     creepages: dict[str, Any]
+    by: list[str]
+    last: dict[bytes, Evaluated] = field(default_factory=dict)
 
     @classmethod
     def posed(
@@ -310,14 +337,25 @@ class _Curve:
             for name, each in creepages.items()
             if each is not None
         }
-        return cls(scene, names, method, checked)
+        by: list[str] = []
+        if _differentiable(scene, names, method):
+            by = names
+        return cls(scene, names, method, checked, by)
 
     @property
     def points(self) -> int:
         return max((each.size for each in self.creepages.values()), default=0)
 
-    def __call__(self, values: np.ndarray) -> tuple[Scene, dict[str, float], xr.Dataset]:
-        """The scene, the options and the curve of some values."""
+    def __call__(self, values: np.ndarray) -> Evaluated:
+        """The scene, the options and the curve of some values; the last one is kept."""
+        key = values.tobytes()
+        if key not in self.last:
+            evaluated = self._evaluated(values)
+            self.last.clear()
+            self.last[key] = evaluated
+        return self.last[key]
+
+    def _evaluated(self, values: np.ndarray) -> Evaluated:
         theory_options = OPTIONS.get(self.method, ())
         options: dict[str, float] = {}
         entries: dict[str, float] = {}
@@ -328,7 +366,18 @@ class _Curve:
                 entries[name] = float(value)
         scene = changed(self.scene, entries)
         methods: Any = {self.method: options} if options else [self.method]
-        return scene, options, creep_curve(scene, methods, **self.creepages)
+        return scene, options, creep_curve(scene, methods, by=self.by, **self.creepages)
+
+
+def _differentiable(scene: Scene, names: list[str], method: str) -> bool:
+    """True where solutions have gradients by all parameters."""
+    if not isinstance(scene.grid, Grid):
+        return False
+    try:
+        check_exact(scene, [method])
+        return bool(inputs_of(names, [scene]))
+    except SceneError:
+        return False
 
 
 def _on_bounds(fit: Any, size: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

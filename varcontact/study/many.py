@@ -5,7 +5,7 @@ one.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
@@ -25,6 +25,7 @@ from varcontact.solving.batches import BARS, solve_batches
 from varcontact.solving.options import TOLERANCE, SolveOptions, check_saturation
 from varcontact.solving.solve import certify as certificate
 from varcontact.solving.solve import solve
+from varcontact.study.derivatives import OUTPUTS, columns_of, derivatives_of, inputs_of
 from varcontact.study.methods import BOUNDS, figures
 from varcontact.system.progress import Progress
 
@@ -49,6 +50,7 @@ def solve_many(
     certify: str = "gap",
     fields: bool = False,
     start: xr.Dataset | None = None,
+    by: str | Sequence[str] = (),
     failures: Literal["raise", "keep"] = "raise",
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -81,6 +83,10 @@ def solve_many(
     start : xarray.Dataset, optional
         Result with `fields` of as many scenes on the same lattices, such as the
         time step before: a warm start.
+    by : str or sequence of str
+        Numbers of the scenes by which Fx, Fy and Mz have derivatives too, as of
+        `Solution.gradient`, on grids of their own. All scenes then are solved
+        by `solve`.
     failures : {"raise", "keep"}
         Whether a scene that cannot be solved ends the call, by an error that
         names it as ``scenes[17]``, or has NaN, and the reason in `message`.
@@ -98,15 +104,16 @@ def solve_many(
         "batched" or "solve"; `message`. Scenes solved to an accuracy have
         extrapolated values, and error bars `Fx_error`, ... With `fields`:
         `traction` (scene, component, y, x), `traction_bound` (scene, y, x),
-        `x_centre` (scene, x), `y_centre` (scene, y). Of histories over (scene,
-        step), without `friction_work`.
+        `x_centre` (scene, x), `y_centre` (scene, y). Derivatives as
+        `Fx_by_friction`. Of histories over (scene, step), without
+        `friction_work`.
 
     Raises
     ------
     SceneError
         If there is no scene, one is none, or some are histories of other
-        lengths, for fields of scenes without grids or of histories, or another
-        `start`.
+        lengths, for fields or derivatives of scenes without grids or of
+        histories, inputs that a scene has not, or another `start`.
     SceneError, Saturated
         As `solve`, before any work, with ``failures="raise"``.
     NotConverged, TooLarge, SolverUnavailable
@@ -141,6 +148,7 @@ def solve_many(
     bounded = checks.choice("certify", certify, ("gap", "full")) == "full"
     steps = _steps(many[0])
     _check_lattices(many, fields, start)
+    inputs = _inputs(by, many)
     failed = _Failures(kept=failures == "keep")
     accepted = failed.accepted(many, accuracy)
     report(f"{len(accepted)} scenes in batches")
@@ -150,21 +158,26 @@ def solve_many(
     if steps:
         batched = [] if bounded else accepted
         table.put_batched(*march_batches(many, tol, batched))
-    else:
+    elif not inputs:
         # bounds are of tractions alone, whose creepages have to be prescribed
         batched = [i for i in accepted if not (bounded and _has_forces(many[i]))]
         table.put_batched(*solve_batches(many, tol, accuracy, table.fields, near, batched))
     if bounded:
         table.put_bounds(many)
     # the others, one by one
+    slopes = np.full((len(many), len(OUTPUTS), len(inputs)), math.nan)
     for i in accepted:
         if table.ok[i]:
             continue
         report(f"scenes[{i}]: by itself")
         with failed.of_scene(i):
             options: Any = {"accuracy": _accuracy(many[i], accuracy), "certify": certify}
-            table.put(i, solve(many[i], tol=tol, **options))
+            solution = solve(many[i], tol=tol, **options)
+            table.put(i, solution)
+            if inputs:
+                slopes[i] = derivatives_of(solution, inputs)
     columns = table.columns(steps, failed.messages)
+    columns |= columns_of(slopes, inputs, ("scene",), None)
     if fields:
         columns |= _field_arrays(table.fields or {}, len(many))
     return xr.Dataset(columns)
@@ -292,6 +305,17 @@ def _check_lattices(scenes: list[Scene], fields: bool, start: Any) -> None:
         raise SceneError(name, value, "left out: scenes are histories")
     if any(scene.grid == "auto" for scene in scenes):
         raise SceneError(name, value, "left out: a scene has no grid of its own")
+
+
+def _inputs(by: Any, scenes: list[Scene]) -> list[str]:
+    """Names of inputs; refused of histories and of scenes without grids of their own."""
+    if not by:
+        return []
+    if _steps(scenes[0]):
+        raise SceneError("by", by, "left out: scenes are histories")
+    if any(scene.grid == "auto" for scene in scenes):
+        raise SceneError("by", by, "left out: a scene has no grid of its own")
+    return inputs_of(by, scenes)
 
 
 def _check_scene(scene: Scene, accuracy: float | None) -> None:

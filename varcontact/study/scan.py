@@ -4,7 +4,7 @@ and 22 to 24).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -27,6 +27,7 @@ from varcontact.solving.options import (
 )
 from varcontact.solving.own_solvers import SolverChoice
 from varcontact.solving.warm_start import Series, solve_in_turn
+from varcontact.study.derivatives import columns_of, derivatives_of, inputs_of
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.system.progress import Progress
@@ -183,6 +184,7 @@ def creep_curve(
     vx: Any = None,
     vy: Any = None,
     spin: Any = None,
+    by: str | Sequence[str] = (),
     progress: Progress = None,
 ) -> xr.Dataset:
     """Forces and moment against creepages, by several methods.
@@ -201,16 +203,20 @@ def creep_curve(
     vx, vy, spin : float or array_like, optional
         Creepages, which broadcast to one dimension, one at least; the scene's
         own where not given.
+    by : str or sequence of str
+        Numbers of the scene by which forces and moment have derivatives too, as
+        of `Solution.gradient`: of exact methods.
     progress : callable or true, optional
         Called with one line of text for each method.
 
     Returns
     -------
     xarray.Dataset
-        Fx, Fy and Mz over `theory` (the names of the methods) and `point`; vx,
-        vy and spin over `point`; with the units of the scene, if it has them.
-        As an attribute ``limit``, the friction limit (nan for friction that has
-        no single coefficient). Mz is nan by a theory that has none.
+        Fx, Fy and Mz, and derivatives as ``Fx_by_friction``, over `theory` (the
+        names of the methods) and `point`; vx, vy and spin over `point`; with
+        the units of the scene, if it has them. As an attribute ``limit``, the
+        friction limit (nan for friction that has no single coefficient). Mz is
+        nan by a theory that has none.
 
     Raises
     ------
@@ -235,19 +241,43 @@ def creep_curve(
         raise SceneError("scene", scene, "a Scene in steady rolling, with no prescribed force")
     names = _method_names(methods)
     triples = creepages_over(motion, {"vx": vx, "vy": vy, "spin": spin})
+    inputs = inputs_of(by, [scene])
     report = checks.progress(progress)
     theory_options = methods if isinstance(methods, Mapping) else {}
     scan_options = {  # unsuitable methods are refused before anything is solved
         name: _scan_options(scene, name, theory_options.get(name, {})) for name in names
     }
+    if inputs:
+        check_exact(scene, names)
     forces = []
+    slopes = []
     for name, options in scan_options.items():
         report(f"{name}: {len(triples)} points")
         if options is None:
             forces.append(_by_formula(scene, name, triples, theory_options.get(name, {})))
+        elif inputs:
+            solutions = scan(scene, triples, certify=None, **options)
+            forces.append(_forces_of(solutions))
+            slopes.append([derivatives_of(each, inputs) for each in solutions])
         else:
             forces.append(_by_scan(scene, triples, options))
-    return _curves(scene, names, triples, np.array(forces) + 0.0)  # no negative zeros
+    curves = _curves(scene, names, triples, np.array(forces) + 0.0)  # no negative zeros
+    if not inputs:
+        return curves
+    return curves.assign(columns_of(np.array(slopes), inputs, ("theory", "point"), scene.units))
+
+
+def check_exact(scene: Scene, names: Iterable[str]) -> None:
+    """Refuse derivatives by theories."""
+    for name in names:
+        if _has_formula(scene, name) or Method.named(name).plan(scene).theory is not None:
+            allowed = f"exact methods alone, where derivatives are wanted: {name} has none"
+            raise SceneError("methods", name, allowed)
+
+
+def _forces_of(solutions: Sequence[Solution]) -> list[list[float]]:
+    """Fx, Fy and Mz of solutions."""
+    return [[*each.force, each.moment] for each in solutions]
 
 
 def _method_names(methods: Any) -> list[Any]:
@@ -306,8 +336,7 @@ def _by_scan(scene: Scene, triples: np.ndarray, options: dict[str, Any]) -> np.n
         forces[solved] = np.stack([figures[name][solved] for name in ("Fx", "Fy", "Mz")], axis=-1)
         left = ~solved
     if left.any():
-        solutions = scan(scene, triples[left], certify=None, **options)
-        forces[left] = [[*sol.force, sol.moment] for sol in solutions]
+        forces[left] = _forces_of(scan(scene, triples[left], certify=None, **options))
     return forces
 
 
