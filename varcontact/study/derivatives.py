@@ -38,14 +38,17 @@ def inputs_of(by: Any, scenes: Sequence[Scene]) -> list[str]:
 
 def derivatives_of(solution: Solution, inputs: Sequence[str]) -> np.ndarray:
     """Derivatives of the outputs, (outputs, inputs)."""
+    if not inputs:
+        return np.empty((len(OUTPUTS), 0))
     found = solution.gradient(list(OUTPUTS), by=inputs)
     return np.array([found[name].to_numpy() for name in inputs]).T
 
 
 def columns_of(
-    slopes: np.ndarray, inputs: Sequence[str], dims: tuple[str, ...], units: Units | None
+    slopes: Any, inputs: Sequence[str], dims: tuple[str, ...], units: Units | None
 ) -> dict[str, Any]:
     """Columns by name, as "Fx_by_friction", of derivatives (..., outputs, inputs)."""
+    derivatives = np.asarray(slopes)
     columns: dict[str, Any] = {}
     for row, (output, quantity) in enumerate(OUTPUTS.items()):
         for column, name in enumerate(inputs):
@@ -53,5 +56,5 @@ def columns_of(
             if units is not None:
                 below = units.of(quantity_of(path_of(name)))
                 attributes["units"] = derivative_unit(units.of(quantity), below)
-            columns[f"{output}_by_{name}"] = dims, slopes[..., row, column], attributes
+            columns[f"{output}_by_{name}"] = dims, derivatives[..., row, column], attributes
     return columns

@@ -174,8 +174,7 @@ def solve_many(
             options: Any = {"accuracy": _accuracy(many[i], accuracy), "certify": certify}
             solution = solve(many[i], tol=tol, **options)
             table.put(i, solution)
-            if inputs:
-                slopes[i] = derivatives_of(solution, inputs)
+            slopes[i] = derivatives_of(solution, inputs)
     columns = table.columns(steps, failed.messages)
     columns |= columns_of(slopes, inputs, ("scene",), None)
     if fields:

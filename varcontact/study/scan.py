@@ -255,16 +255,12 @@ def creep_curve(
         report(f"{name}: {len(triples)} points")
         if options is None:
             forces.append(_by_formula(scene, name, triples, theory_options.get(name, {})))
-        elif inputs:
-            solutions = scan(scene, triples, certify=None, **options)
-            forces.append(_forces_of(solutions))
-            slopes.append([derivatives_of(each, inputs) for each in solutions])
-        else:
-            forces.append(_by_scan(scene, triples, options))
+            continue
+        found, derivatives = _by_scan(scene, triples, options, inputs)
+        forces.append(found)
+        slopes.append(derivatives)
     curves = _curves(scene, names, triples, np.array(forces) + 0.0)  # no negative zeros
-    if not inputs:
-        return curves
-    return curves.assign(columns_of(np.array(slopes), inputs, ("theory", "point"), scene.units))
+    return curves.assign(columns_of(slopes, inputs, ("theory", "point"), scene.units))
 
 
 def check_exact(scene: Scene, names: Iterable[str]) -> None:
@@ -273,11 +269,6 @@ def check_exact(scene: Scene, names: Iterable[str]) -> None:
         if _has_formula(scene, name) or Method.named(name).plan(scene).theory is not None:
             allowed = f"exact methods alone, where derivatives are wanted: {name} has none"
             raise SceneError("methods", name, allowed)
-
-
-def _forces_of(solutions: Sequence[Solution]) -> list[list[float]]:
-    """Fx, Fy and Mz of solutions."""
-    return [[*each.force, each.moment] for each in solutions]
 
 
 def _method_names(methods: Any) -> list[Any]:
@@ -326,18 +317,25 @@ def _friction_limit(scene: Scene) -> float:
     return float(scene.friction * force)
 
 
-def _by_scan(scene: Scene, triples: np.ndarray, options: dict[str, Any]) -> np.ndarray:
-    """Fx, Fy and Mz, in batches where no method is named."""
+def _by_scan(
+    scene: Scene, triples: np.ndarray, options: dict[str, Any], inputs: Sequence[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fx, Fy and Mz, in batches where no method is named, and derivatives by inputs, of which
+    batches have none.
+    """
     forces = np.empty(triples.shape)
+    slopes = np.empty((*triples.shape, len(inputs)))
     left = np.ones(len(triples), bool)
-    if set(options.values()) <= {"auto", None}:
+    if set(options.values()) <= {"auto", None} and not inputs:
         scenes = [replace(scene, motion=motion) for motion in _motions(scene, triples)]
         figures, solved = solve_batches(scenes, TOLERANCE)
         forces[solved] = np.stack([figures[name][solved] for name in ("Fx", "Fy", "Mz")], axis=-1)
         left = ~solved
     if left.any():
-        forces[left] = _forces_of(scan(scene, triples[left], certify=None, **options))
-    return forces
+        solutions = scan(scene, triples[left], certify=None, **options)
+        forces[left] = [[*each.force, each.moment] for each in solutions]
+        slopes[left] = [derivatives_of(each, inputs) for each in solutions]
+    return forces, slopes
 
 
 def creepages_over(motion: Any, ranges: Mapping[str, Any], mark: str = "") -> np.ndarray:
