@@ -14,10 +14,12 @@ DAMPING = 1e-12
 
 
 class Extrapolation:
-    """The last differences of points and of their steps, with the products of the steps."""
+    """The last differences of steps and of the points they lead to, with the products of the
+    steps.
+    """
 
     def __init__(self, size: int) -> None:
-        self._points = np.empty((MEMORY, size))
+        self._ends = np.empty((MEMORY, size))
         self._steps = np.empty((MEMORY, size))
         self._products = np.zeros((MEMORY, MEMORY))
         self._count = 0
@@ -34,30 +36,28 @@ class Extrapolation:
         shape = point.shape
         point = point.ravel()
         step = step.ravel()
-        self._remember(point, step)
+        end = point + step
+        self._remember(end, step)
         count = min(self._count, MEMORY)
-        moved = point + step
         if count == 0:
-            return moved.reshape(shape)
+            return end.reshape(shape)
         steps = self._steps[:count]
         products = self._products[:count, :count]
         lengths = np.sqrt(np.diagonal(products)) + np.finfo(float).tiny
         normal = products / lengths / lengths[:, None] + DAMPING * count * np.eye(count)
         right = steps @ step / lengths
         weights = np.linalg.solve(normal, right) / lengths
-        moved -= weights @ self._points[:count]
-        moved -= weights @ steps
-        return moved.reshape(shape)
+        return np.asarray(end - weights @ self._ends[:count]).reshape(shape)
 
-    def _remember(self, point: np.ndarray, step: np.ndarray) -> None:
+    def _remember(self, end: np.ndarray, step: np.ndarray) -> None:
         if self._last is not None:
-            last_point, last_step = self._last
+            last_end, last_step = self._last
             place = self._count % MEMORY
-            self._points[place] = point - last_point
-            self._steps[place] = step - last_step
+            np.subtract(end, last_end, out=self._ends[place])
+            np.subtract(step, last_step, out=self._steps[place])
             self._count += 1
             count = min(self._count, MEMORY)
             products = self._steps[:count] @ self._steps[place]
             self._products[place, :count] = products
             self._products[:count, place] = products
-        self._last = point, step
+        self._last = end, step

@@ -46,19 +46,18 @@ ROLLING_SHARE = 0.2
 class Iterate:
     """A point u with ``M u``, its projection and the multipliers of the prescribed sums (k,).
 
-    `error` is e, the point less its projection; `noise` the estimated error of ``M u``, relative to
-    the largest traction.
+    `error` is e, the point less its projection; `residual` a bound on the natural map of the
+    projection with gamma = 1, relative to the largest traction; `noise` the estimated error of
+    ``M u``, relative to the same.
     """
 
     u: np.ndarray
     image: np.ndarray
     projection: np.ndarray
     multipliers: np.ndarray
+    error: np.ndarray
+    residual: float
     noise: float
-
-    @lazy_property
-    def error(self) -> np.ndarray:
-        return np.asarray(self.u - self.projection)
 
     @lazy_property
     def size(self) -> float:
@@ -92,9 +91,9 @@ class FixedPoint(ABC):
         ny, nx = self.conditions.known.shape[1:]
         return f"{nx} x {ny} elements"
 
-    @property
+    @lazy_property
     def least_gamma(self) -> float:
-        """The least gamma, at most one."""
+        """The least gamma, at most one, once it has been chosen."""
         return float(np.min(self.gamma, initial=1.0))
 
     def start(self, at: Point) -> Iterate:
@@ -110,21 +109,21 @@ class FixedPoint(ABC):
         """The iterate of a point with ``M u``, from multipliers nearby."""
         trial = u - self.gamma * (image + self.conditions.known)
         projection, multipliers = self.projected(trial, multipliers)
-        return Iterate(u, image, projection, multipliers, noise)
+        error = u - projection
+        residual = self._residual(projection, error)
+        return Iterate(u, image, projection, multipliers, error, residual, noise)
 
     def in_double_precision(self, at: Iterate) -> Iterate:
         return self.iterate(at.u, self.product.apply(at.u), at.multipliers)
 
-    def residual(self, at: Iterate) -> float:
-        """A bound on the natural map of the projection with gamma = 1, relative to the largest
-        traction.
-        """
+    def _residual(self, projection: np.ndarray, error: np.ndarray) -> float:
+        """The largest error, relative to the largest traction of its group, by gamma."""
         residuals = []
         for group in self.groups:
-            largest = _largest(at.projection[group])
+            largest = _largest(projection[group])
             if not largest > 0:
                 largest = 1.0
-            residuals.append(_largest(at.error[group]) / largest)
+            residuals.append(_largest(error[group]) / largest)
         return max(residuals) / self.least_gamma
 
     def point(self, at: Iterate) -> Point:

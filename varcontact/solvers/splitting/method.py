@@ -203,16 +203,14 @@ def rounds(
     while count < most:
         check_time(settings.deadline)
         # the end, judged in double precision
-        residual = fixed_point.residual(now)
         follow(now)
-        settings.stats.tell(f"{fixed_point.words}, round {count}, residual {residual:.1e}")
-        if residual <= goal and now.noise > 0:
+        settings.stats.tell(f"{fixed_point.words}, round {count}, residual {now.residual:.1e}")
+        if now.residual <= goal and now.noise > 0:
             now = fixed_point.in_double_precision(now)
-            residual = fixed_point.residual(now)
-        if residual <= goal:
+        if now.residual <= goal:
             return Run(now, count, True)
         # a candidate, and whether it is a record
-        now = _candidate(fixed_point, now, extrapolation, residual)
+        now = _candidate(fixed_point, now, extrapolation)
         count += 1
         idle += 1
         best = min(best, now, key=_size)
@@ -239,9 +237,7 @@ def _size(at: Iterate) -> float:
     return at.size if np.isfinite(at.size) else np.inf
 
 
-def _candidate(
-    fixed_point: FixedPoint, now: Iterate, extrapolation: Extrapolation, residual: float
-) -> Iterate:
+def _candidate(fixed_point: FixedPoint, now: Iterate, extrapolation: Extrapolation) -> Iterate:
     """The extrapolation of ``u - Q e``, Q the circulant near ``(I + gamma M)^-1``; its product in
     single precision where that is enough.
     """
@@ -250,10 +246,10 @@ def _candidate(
     change = u - now.u
     largest = float(np.abs(now.projection).max()) + np.finfo(float).tiny
     noise = now.noise + NOISE_SINGLE * float(np.abs(change).max()) / largest
-    if noise <= NOISE_PART * residual * fixed_point.least_gamma:
+    if noise <= NOISE_PART * now.residual * fixed_point.least_gamma:
         image = now.image + fixed_point.product.apply(change.astype(np.float32))
         candidate = fixed_point.iterate(u, image, now.multipliers, noise)
-        if noise <= fixed_point.residual(candidate):
+        if noise <= candidate.residual:
             return candidate
     return fixed_point.iterate(u, fixed_point.product.apply(u), now.multipliers)
 
@@ -266,7 +262,7 @@ def _contracted(
     for count in range(most):
         check_time(settings.deadline)
         is_record = now.size <= RECORD * best.size
-        if inequality.residual(now) <= goal or (is_record and count >= CONTRACTIONS_MIN):
+        if now.residual <= goal or (is_record and count >= CONTRACTIONS_MIN):
             return now, count
         now = contraction(inequality, now)
     return now, most

@@ -21,6 +21,8 @@ INFLUENCES_KEPT = 2
 """Boxes whose influence numbers an operator keeps, for the next pass or step."""
 CIRCULANTS_KEPT = 4
 """Circulants that influence numbers keep."""
+DENSE_UNKNOWNS = 320
+"""Unknowns up to which products are taken with the matrix, which is then quicker than FFT."""
 
 
 Gamma = float | tuple[float, ...]
@@ -96,11 +98,19 @@ class Influence:
     def _single_symbol(self) -> np.ndarray:
         return self._symbol.astype(np.complex64)
 
+    @lazy_property
+    def _matrix(self) -> np.ndarray | None:
+        return matrix_of(self.table)
+
     def apply(self, field: np.ndarray) -> np.ndarray:
+        if self._matrix is not None:
+            return by_matrix(self._matrix, field)
         symbol = self._single_symbol if field.dtype == np.float32 else self._symbol
         return by_symbol(symbol, field, self._box, self.shape)
 
     def transposed(self, field: np.ndarray) -> np.ndarray:
+        if self._matrix is not None:
+            return by_matrix(self._matrix.T, field)
         symbol = self._single_symbol if field.dtype == np.float32 else self._symbol
         adjoint = np.conj(symbol.swapaxes(0, 1))
         return by_symbol(adjoint, field, self._box, self.shape)
@@ -155,6 +165,20 @@ class OfOperator:
         return self.box.field(image).astype(field.dtype)
 
 
+def matrix_of(table: np.ndarray) -> np.ndarray | None:
+    """The matrix between all elements of a box; None with more than `DENSE_UNKNOWNS`."""
+    ny = (table.shape[2] + 1) // 2
+    nx = (table.shape[3] + 1) // 2
+    if table.shape[1] * ny * nx > DENSE_UNKNOWNS:
+        return None
+    return GridOperator((ny, nx), table).dense(np.arange(ny * nx))
+
+
+def by_matrix(matrix: np.ndarray, field: np.ndarray) -> np.ndarray:
+    """A matrix times a field."""
+    return np.asarray(matrix @ field.ravel()).reshape(field.shape)
+
+
 def by_symbol(
     symbol: np.ndarray, field: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
 ) -> np.ndarray:
@@ -188,6 +212,17 @@ class Circulant:
         scaled = np.reshape(gamma, (-1, 1)) * matrices
         self._inverses = np.linalg.inv(np.eye(len(symbol)) + scaled).astype(np.complex64)
         self._inverse = _by_components(self._inverses)
+        self._shape = ny, nx
+
+    @lazy_property
+    def _matrix(self) -> np.ndarray | None:
+        """The matrix of the inverse, whose numbers repeat themselves with the box."""
+        ny, nx = self._shape
+        rows, columns = self._box
+        numbers = fields_of(self._inverse.copy(), self._box, self._box)
+        along_y = np.arange(1 - ny, ny) % rows
+        along_x = np.arange(1 - nx, nx) % columns
+        return matrix_of(numbers[:, :, along_y[:, None], along_x])
 
     @lazy_property
     def _metric(self) -> np.ndarray:
@@ -195,6 +230,8 @@ class Circulant:
 
     def inverse(self, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
         """Nearly ``(I + gamma M)^-1`` times a field, on the elements in contact."""
+        if self._matrix is not None:
+            return by_matrix(self._matrix, field * contact) * contact
         return self._by(self._inverse, field, contact)
 
     def metric(self, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
@@ -202,12 +239,8 @@ class Circulant:
         return self._by(self._metric, field, contact)
 
     def _by(self, symbol: np.ndarray, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
-        largest = float(np.abs(field).max())
-        if largest == 0:
-            return np.zeros_like(field)
-        scaled = (field * (contact / largest)).astype(np.float32)
-        image = by_symbol(symbol, scaled, self._box, field.shape[1:])
-        return np.asarray(image * (contact * largest))
+        image = by_symbol(symbol, (field * contact).astype(np.float32), self._box, self._shape)
+        return (image * contact).astype(float)
 
 
 def _by_components(matrices: np.ndarray) -> np.ndarray:

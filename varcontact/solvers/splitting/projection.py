@@ -130,11 +130,14 @@ class PrescribedSums:
         forces = self.conditions.forces
         size = magnitude(at.moved)
         sticks = self.conditions.sticks(at.moved, 1 / self.gamma)
-        inverse = 1 / np.where(size > 0, size, 1.0)
-        held = np.where(size > 0, magnitude(at.clipped) * inverse, sticks)
+        held = sticks.astype(float)
+        np.divide(magnitude(at.clipped), size, out=held, where=size > 0)
         weighted = held * np.asarray(forces.scale) ** 2
         # where it slides nothing is left along the traction
-        sliding = np.where(sticks, 0.0, weighted) * inverse**2
+        if len(at.moved) == 1:
+            return np.array([[np.vdot(weighted, sticks)]])
+        sliding = np.where(sticks, 0.0, weighted)
+        np.divide(sliding, size * size, out=sliding, where=size > 0)
         slopes = np.zeros((len(forces.components), len(forces.components)))
         for row, i in enumerate(forces.components):
             for column, j in enumerate(forces.components):
