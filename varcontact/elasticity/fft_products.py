@@ -36,6 +36,15 @@ def fields_of(spectrum: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
     return np.asarray(fft.irfft(rows, box[1], axis=-1)[..., : shape[1]])
 
 
+def by_symbol(
+    symbol: np.ndarray, field: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
+) -> np.ndarray:
+    """The periodic operator of a symbol (c, c, ...) times a field, on the elements."""
+    spectrum = spectrum_of(field, box)
+    image = symbol[:, 0] * spectrum[0]
+    for column in range(1, len(spectrum)):
+        image += symbol[:, column] * spectrum[column]
+    return fields_of(image, box, shape)
 def _by_matrices(box: tuple[int, int]) -> bool:
     return box[0] * box[1] <= MATRIX_SIZE and max(box) <= MATRIX_LENGTH
 

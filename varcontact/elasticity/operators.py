@@ -12,7 +12,13 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
-from varcontact.elasticity.fft_products import fft_box, fields_of, repeated, spectrum_of, wrapped
+from varcontact.elasticity.fft_products import (
+    by_symbol,
+    fft_box,
+    repeated,
+    spectrum_of,
+    wrapped,
+)
 from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.transports import DIFFERENCES, HERE, Stencil
@@ -138,11 +144,8 @@ class GridOperator:
         return np.ascontiguousarray(self._product(tractions))
 
     def _product(self, tractions: np.ndarray) -> np.ndarray:
-        box = self._box
-        spectrum = spectrum_of(tractions, box)
         symbol = self._single_symbol if tractions.dtype == np.float32 else self._symbol
-        product = np.array([sum(map(np.multiply, row, spectrum)) for row in symbol])
-        return fields_of(product, box, self.shape)
+        return by_symbol(symbol, tractions, self._box, self.shape)
 
     def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only, see
@@ -259,7 +262,7 @@ class GridOperator:
     def _symbol(self) -> np.ndarray:
         return spectrum_of(wrapped(self.table, self._box, self.period), self._box)
 
-    @property
+    @lazy_property
     def _box(self) -> tuple[int, int]:
         """Lengths of transforms: padded, but along axes that repeat."""
         return repeated(fft_box(*self.shape), self.shape, self.period)

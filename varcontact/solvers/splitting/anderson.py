@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-MEMORY = 15
+MEMORY = 20
 """Differences that are combined."""
 DAMPING = 1e-12
 """Damping of the normal equations, relative to their diagonal: rounding of their products."""

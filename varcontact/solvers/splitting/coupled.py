@@ -23,9 +23,13 @@ from varcontact.solvers.newton.driver import NOISE_DOUBLE
 from varcontact.solvers.newton.globalisation import Point
 from varcontact.solvers.splitting.inequality import GAMMA_SLIDING, FixedPoint, tangential_gamma
 from varcontact.solvers.splitting.method import rounds_to_goal
-from varcontact.solvers.splitting.products import Circulant
+from varcontact.solvers.splitting.products import Applied, Circulant, Influence
 from varcontact.solvers.splitting.projection import projected
 from varcontact.system.process import lazy_property
+
+GAMMA_PART = 0.8
+"""Steps gamma, divided by those of the two problems alone (fitted on eight scenes with 12 to 60
+elements across: rounds are within 8 % of the least)."""
 
 
 def splitting_coupled(
@@ -67,17 +71,24 @@ class QuasiInequality(FixedPoint):
     groups = (slice(0, 1), slice(1, None))
 
     def __init__(self, problem: ScaledCoupled, start: Point) -> None:
-        product = CoupledProduct(problem.problem.operator, problem.load, problem.displacement)
+        operator = problem.problem.operator
+        load = problem.load
+        displacement = problem.displacement
+        influence = Influence(operator.table * load / displacement[..., None])
+        product: Applied = influence
+        if not operator.toeplitz:
+            product = CoupledProduct(operator, load, displacement)
         super().__init__(problem.conditions, product)
-        self._scaled = problem
+        self._influence = influence
         self._everywhere = np.broadcast_to(True, start.traction.shape[1:])
         # steps gamma, of the tractions by the share of elements that stick at the start
         tangential = self.conditions.under(start.traction[0])
         sticks = tangential.sticks(start.traction[1:] - start.shift[1:], 1.0)
         share = np.count_nonzero(sticks) / np.count_nonzero(tangential.contact)
         symmetric = not tangential.of_step
-        self.gamma = np.full(problem.load.shape, GAMMA_SLIDING)
+        self.gamma = np.full(load.shape, GAMMA_SLIDING)
         self.gamma[1:] = tangential_gamma(share, start.traction.shape[2], symmetric)
+        self.gamma *= GAMMA_PART
 
     def projected(
         self, trial: np.ndarray, multipliers: np.ndarray
@@ -96,7 +107,4 @@ class QuasiInequality(FixedPoint):
 
     @lazy_property
     def _circulant(self) -> Circulant:
-        load = self._scaled.load.reshape(-1, 1, 1)
-        displacement = self._scaled.displacement.reshape(-1, 1, 1, 1)
-        table = self._scaled.problem.operator.table * load / displacement
-        return Circulant(table, tuple(self.gamma.ravel().tolist()))
+        return self._influence.circulant(tuple(self.gamma.ravel().tolist()))

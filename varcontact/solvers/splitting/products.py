@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from varcontact.elasticity.fft_products import fields_of, spectrum_of, wrapped
+from varcontact.elasticity.fft_products import by_symbol, fields_of, spectrum_of, wrapped
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.solvers.newton.hierarchy import Box
 from varcontact.solvers.newton.kernel import WIDER, Kernel, fast_box, parzen, unit
@@ -177,17 +177,6 @@ def matrix_of(table: np.ndarray) -> np.ndarray | None:
 def by_matrix(matrix: np.ndarray, field: np.ndarray) -> np.ndarray:
     """A matrix times a field."""
     return np.asarray(matrix @ field.ravel()).reshape(field.shape)
-
-
-def by_symbol(
-    symbol: np.ndarray, field: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
-) -> np.ndarray:
-    """The periodic operator of a symbol (c, c, ...) times a field, on the elements."""
-    spectrum = spectrum_of(field, box)
-    image = symbol[:, 0] * spectrum[0]
-    for column in range(1, len(spectrum)):
-        image += symbol[:, column] * spectrum[column]
-    return fields_of(image, box, shape)
 
 
 class Circulant:
