@@ -18,7 +18,7 @@ from varcontact.solvers.interface import Settings, natural_residual
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.normal import ScaledNormal
 from varcontact.solvers.newton.tangential import ScaledTangential
-from varcontact.solvers.splitting import method, products
+from varcontact.solvers.splitting import method
 from varcontact.solvers.splitting.inequality import Inequality
 from varcontact.solvers.splitting.method import splitting_normal, splitting_tangential
 from varcontact.solvers.splitting.projection import PrescribedSums
@@ -103,27 +103,6 @@ def test_sums_rise_by_the_slopes_of_the_projection(rolling_problem, normal_probl
         for i, column in enumerate(1e-7 * np.eye(components)):
             change = sums.at(-column).excess - sums.at(column).excess
             np.testing.assert_allclose(slopes[:, i], change / 2e-7, rtol=1e-5, atol=1e-5)
-
-
-def test_products_by_the_matrix_of_few_unknowns(rolling_problem, normal_problem, monkeypatch):
-    """Equal to those by FFT: of M, of its transpose and of the circulant."""
-    rng = np.random.default_rng(0)
-    for scaled in (ScaledNormal.of(normal_problem(4)), ScaledTangential.of(rolling_problem)):
-        field = rng.normal(size=scaled.conditions.known.shape)
-        images = []
-        for unknowns in (0, field.size):
-            monkeypatch.setattr(products, "DENSE_UNKNOWNS", unknowns)
-            problem = dataclasses.replace(scaled.problem, operator=fresh(scaled.problem.operator))
-            posed = Inequality.of(dataclasses.replace(scaled, problem=problem), symmetric=False)
-            product = posed.product
-            images.append([product.apply(field), product.transposed(field), posed.inverse(field)])
-        for by_fft, by_matrix, atol in zip(*images, (1e-13, 1e-13, 1e-6), strict=True):
-            np.testing.assert_allclose(by_matrix, by_fft, atol=atol)
-
-
-def fresh(operator):
-    """The operator without what was made of its table."""
-    return dataclasses.replace(operator, grid_operator=dataclasses.replace(operator.grid_operator))
 
 
 def metric_of(posed):

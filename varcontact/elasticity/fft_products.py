@@ -45,6 +45,8 @@ def by_symbol(
     for column in range(1, len(spectrum)):
         image += symbol[:, column] * spectrum[column]
     return fields_of(image, box, shape)
+
+
 def _by_matrices(box: tuple[int, int]) -> bool:
     return box[0] * box[1] <= MATRIX_SIZE and max(box) <= MATRIX_LENGTH
 

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from varcontact.elasticity.fft_products import by_symbol, fields_of, spectrum_of, wrapped
+from varcontact.elasticity.fft_products import by_symbol, spectrum_of, wrapped
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.solvers.newton.hierarchy import Box
 from varcontact.solvers.newton.kernel import WIDER, Kernel, fast_box, parzen, unit
@@ -21,8 +21,6 @@ INFLUENCES_KEPT = 2
 """Boxes whose influence numbers an operator keeps, for the next pass or step."""
 CIRCULANTS_KEPT = 4
 """Circulants that influence numbers keep."""
-DENSE_UNKNOWNS = 320
-"""Unknowns up to which products are taken with the matrix, which is then quicker than FFT."""
 
 
 Gamma = float | tuple[float, ...]
@@ -98,19 +96,11 @@ class Influence:
     def _single_symbol(self) -> np.ndarray:
         return self._symbol.astype(np.complex64)
 
-    @lazy_property
-    def _matrix(self) -> np.ndarray | None:
-        return matrix_of(self.table)
-
     def apply(self, field: np.ndarray) -> np.ndarray:
-        if self._matrix is not None:
-            return by_matrix(self._matrix, field)
         symbol = self._single_symbol if field.dtype == np.float32 else self._symbol
         return by_symbol(symbol, field, self._box, self.shape)
 
     def transposed(self, field: np.ndarray) -> np.ndarray:
-        if self._matrix is not None:
-            return by_matrix(self._matrix.T, field)
         symbol = self._single_symbol if field.dtype == np.float32 else self._symbol
         adjoint = np.conj(symbol.swapaxes(0, 1))
         return by_symbol(adjoint, field, self._box, self.shape)
@@ -165,20 +155,6 @@ class OfOperator:
         return self.box.field(image).astype(field.dtype)
 
 
-def matrix_of(table: np.ndarray) -> np.ndarray | None:
-    """The matrix between all elements of a box; None with more than `DENSE_UNKNOWNS`."""
-    ny = (table.shape[2] + 1) // 2
-    nx = (table.shape[3] + 1) // 2
-    if table.shape[1] * ny * nx > DENSE_UNKNOWNS:
-        return None
-    return GridOperator((ny, nx), table).dense(np.arange(ny * nx))
-
-
-def by_matrix(matrix: np.ndarray, field: np.ndarray) -> np.ndarray:
-    """A matrix times a field."""
-    return np.asarray(matrix @ field.ravel()).reshape(field.shape)
-
-
 class Circulant:
     """The inverse of ``I + gamma M`` on a periodic box, and times its adjoint the metric, in single
     precision.
@@ -201,17 +177,6 @@ class Circulant:
         scaled = np.reshape(gamma, (-1, 1)) * matrices
         self._inverses = np.linalg.inv(np.eye(len(symbol)) + scaled).astype(np.complex64)
         self._inverse = _by_components(self._inverses)
-        self._shape = ny, nx
-
-    @lazy_property
-    def _matrix(self) -> np.ndarray | None:
-        """The matrix of the inverse, whose numbers repeat themselves with the box."""
-        ny, nx = self._shape
-        rows, columns = self._box
-        numbers = fields_of(self._inverse.copy(), self._box, self._box)
-        along_y = np.arange(1 - ny, ny) % rows
-        along_x = np.arange(1 - nx, nx) % columns
-        return matrix_of(numbers[:, :, along_y[:, None], along_x])
 
     @lazy_property
     def _metric(self) -> np.ndarray:
@@ -219,8 +184,6 @@ class Circulant:
 
     def inverse(self, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
         """Nearly ``(I + gamma M)^-1`` times a field, on the elements in contact."""
-        if self._matrix is not None:
-            return by_matrix(self._matrix, field * contact) * contact
         return self._by(self._inverse, field, contact)
 
     def metric(self, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
@@ -228,7 +191,7 @@ class Circulant:
         return self._by(self._metric, field, contact)
 
     def _by(self, symbol: np.ndarray, field: np.ndarray, contact: np.ndarray) -> np.ndarray:
-        image = by_symbol(symbol, (field * contact).astype(np.float32), self._box, self._shape)
+        image = by_symbol(symbol, (field * contact).astype(np.float32), self._box, field.shape[1:])
         return (image * contact).astype(float)
 
 
