@@ -10,6 +10,7 @@ from tests.wheel_rail.conditions import DATA, WHEEL
 from varcontact.errors import Interrupted, SceneError
 from varcontact.scene.friction import ExponentialFalling
 from varcontact.wheel_rail import Position, Profile, Velocity, case_file
+from varcontact.wheel_rail import solve as side_by_side
 from varcontact.wheel_rail.case_file import read_case, solve_cases
 from varcontact.wheel_rail.plots import plot_positions
 from varcontact.wheel_rail.quantities import columns
@@ -215,17 +216,21 @@ def interrupted(file, store, wheels):
 
 
 def many_wheels(folder):
-    """Wheels that are solved side by side in two groups, of which some begin from each other."""
-    positions = np.round(np.linspace(0.0, 3.9, 40), 1).tolist()
+    """Wheels that are solved three side by side in two groups, of which some begin from each
+    other.
+    """
+    positions = np.round(np.linspace(0.0, 3.6, 10), 1).tolist()
     return read(folder, CASE.replace("[1.0, 2.0, 9e2]", str(positions)))
 
 
 def test_a_resumed_table_of_many_wheels_has_the_same_bytes(tmp_path, monkeypatch):
     """Interrupted twice, in either group."""
-    monkeypatch.setattr(case_file, "GROUP", SIDE_BY_SIDE // 2)
+    monkeypatch.setattr(case_file, "GROUP", 6)
+    for module in (case_file, side_by_side):
+        monkeypatch.setattr(module, "SIDE_BY_SIDE", 3)
     file, store, whole = many_wheels(tmp_path), tmp_path / "table.csv", tmp_path / "whole.csv"
     solve_cases(file, whole)
-    for wheels in (1, 25):
+    for wheels in (1, 7):
         interrupted(file, store, wheels)
     solve_cases(file, store)
     assert store.read_bytes() == whole.read_bytes()

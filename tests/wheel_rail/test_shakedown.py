@@ -18,7 +18,7 @@ K = 300.0
 
 @pytest.fixture(scope="module")
 def rolling():
-    return wheel(3.0, yaw=0.003, dx=1.0, dy=1.0).solve()
+    return wheel(3.0, yaw=0.003, dx=1.5, dy=1.5).solve()
 
 
 @pytest.fixture(scope="module")
