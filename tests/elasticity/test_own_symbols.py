@@ -4,6 +4,7 @@ graded half-spaces, and each other turned; what is refused.
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -266,6 +267,20 @@ def test_indentation_along_the_axis_has_its_closed_form(constants):
     exact = 2 * np.sqrt((mean**2 - c13**2) / c11 / (1 / c44 + 2 / (mean + c13)))
     own = vc.Elasticity.of_stiffness(transversely_isotropic_stiffness(*constants), "rigid")
     assert own.indentation_modulus == pytest.approx(exact, rel=1e-10)
+
+
+def test_indentation_moduli_of_wood_are_the_published_ones():
+    """Axis along and across the normal, read from a figure (tests/data/indentation_moduli.csv)."""
+    path = Path(__file__).parents[1] / "data" / "indentation_moduli.csv"
+    table = np.genfromtxt(path, delimiter=",", names=True, skip_header=4)
+    for angle, E_L, E_T, G_LT, published in table:
+        ratio = 0.25
+        soft = np.diag([1 / E_T, 1 / E_T, 1 / E_L, 1 / G_LT, 1 / G_LT, 2 * (1 + ratio) / E_T])
+        soft[0, 1] = soft[1, 0] = -ratio / E_T
+        soft[2, :2] = soft[:2, 2] = -ratio / E_L
+        crystal = rotated_stiffness(np.linalg.inv(soft), turn(np.radians(angle), "x"))
+        own = vc.Elasticity.of_stiffness(crystal, "rigid")
+        assert own.indentation_modulus == pytest.approx(published, rel=0.015)
 
 
 def willis(bodies, a, b, angle):

@@ -54,9 +54,20 @@ def test_westergaard(tractions, half_width):
     assert found.certificate.normal_relative_gap < 1e-9
 
 
+@pytest.mark.parametrize("bulk", [0.0, 0.3, 2.0])
+def test_westergaard_with_bulk_pressure(bulk):
+    """A cosine that is closed everywhere, at pi E* amplitude: bulk pressure adds to Westergaard's."""
+    closing = np.pi * AMPLITUDE
+    found = vc.solve(cosines(64, (1 + bulk) * closing, tractions="trigonometric"))
+    exact = closing * (1 + bulk + np.cos(2 * np.pi * found.grid.x))
+    np.testing.assert_allclose(found.pressure[0], exact, atol=1e-7 * closing)
+    lowest = replace(found.scene, normal_force=0.9 * closing)
+    assert vc.solve(lowest).pressure.min() == 0
+
+
 @pytest.mark.parametrize(("tractions", "off"), [("constant", 2e-3), ("trigonometric", 1e-8)])
 def test_a_wavy_punch_in_full_contact(tractions, off):
-    """Johnson, Greenwood and Higginson 1985: full at ``sqrt(2) pi E* amplitude``."""
+    """With a pressure beyond it, bulk pressure, and in part: Johnson, Greenwood and Higginson 1985: full at ``sqrt(2) pi E* amplitude``."""
     grid = square(40, tractions)
     x, y = np.meshgrid(grid.x, grid.y)
     waves = np.cos(2 * np.pi * x) * np.cos(2 * np.pi * y)
@@ -74,6 +85,26 @@ def test_a_wavy_punch_in_full_contact(tractions, off):
     assert scene.doubts == ()
 
 
+def test_partial_slip_on_waves_is_that_of_block_and_keer():
+    """J. M. Block and L. M. Keer, J. Mech. Mater. Struct. 3 (2008) 1207: waves under a tangential
+    force Q stick where ``sin^2(pi x) < sin^2(pi a) - Q/(f pi E* amplitude)``, |x| < a in contact.
+    """
+    force, friction, share = 0.4 * np.pi * AMPLITUDE, 0.3, 0.3
+    scene = cosines(400, force, friction=friction, motion=vc.Shift(Fx=-share * friction * force))
+    found = vc.solve(scene)
+    x = found.grid.x
+    in_contact = np.abs(x[found.pressure[0] > 0]).max()
+    assert np.sin(np.pi * in_contact) ** 2 == pytest.approx(0.4, abs=0.02)
+    sticks = np.abs(found.traction[0, 0]) < friction * found.pressure[0] * (1 - 1e-6)
+    stick_edge = np.abs(x[sticks & (found.pressure[0] > 0)]).max()
+    assert np.sin(np.pi * stick_edge) ** 2 == pytest.approx(0.4 * (1 - share), abs=0.02)
+    # tractions in the middle of the stick area
+    middle = np.argmin(np.abs(x))
+    full, lower = (westergaard(x, part * force) for part in (1.0, 1 - share))
+    expected = -friction * (full - lower)[middle]
+    assert found.traction[0, 0, middle] == pytest.approx(expected, rel=1e-2)
+
+
 def test_tangential_forces_superpose_pressures():
     """Ciavarella 1998: f times the pressure, less f times that under the load that sticks."""
     force, friction = 0.4 * np.pi * AMPLITUDE, 0.3
@@ -88,6 +119,33 @@ def test_tangential_forces_superpose_pressures():
     off = np.sqrt(np.mean((found.traction[0, 0] - exact) ** 2))
     assert off < 1e-2 * np.abs(exact).max()
     assert np.max(found.certificate.force_bound) < 1e-9
+
+
+def test_rough_surfaces_are_those_of_tamaas():
+    """A program of its own, spectral (the extra `tamaas`): pressures of a rough surface."""
+    tamaas = pytest.importorskip("tamaas")
+    n, mean = 64, 0.02
+    waves = np.fft.fftfreq(n, 1 / n)
+    k = np.hypot(waves, waves[:, None])
+    random = np.random.default_rng(5)
+    noise = np.fft.fft2(random.normal(size=(n, n))) * np.where((k >= 2) & (k <= 8), 1.0, 0.0)
+    height = np.fft.ifft2(noise / np.maximum(k, 1) ** 1.8).real
+    height = np.ascontiguousarray(0.01 / height.std() * height)
+    tamaas.set_log_level(tamaas.LogLevel.error)
+    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, [1.0, 1.0], [n, n])
+    model.E, model.nu = 1 - 0.3**2, 0.3
+    tamaas.PolonskyKeerRey(model, height, 1e-12).solve(mean)
+    expected = np.array(model.traction).reshape(n, n)
+    scene = vc.Scene(
+        bodies=STEEL,
+        surface=vc.SampledDistance(height.max() - height),
+        grid=square(n, "trigonometric"),
+        normal_force=mean,
+    )
+    found = vc.solve(scene, tol=1e-10)
+    largest = expected.max()
+    np.testing.assert_allclose(found.pressure, expected, atol=1e-6 * largest)
+    assert np.array_equal(found.pressure > 1e-6 * largest, expected > 1e-6 * largest)
 
 
 @pytest.mark.parametrize("motion", [vc.Steady(vx=1e-3), vc.Shift(ux=1e-3), vc.Steady(Fx=-1e-3)])
