@@ -255,3 +255,13 @@ test_what_is_refused = refusals(
     (lambda: wheel(2.0).solve(store="file.nc"), "store = .* must be left out"),
     (lambda: wheel(7.5).solve(tangential="table"), r"its book has a/b from 0\.2 to 5"),
 )
+
+
+def test_pressures_of_a_height_are_solved_for_once():
+    """Tractions of the height that bears the load have the pressure that told it, of few elements
+    and of many.
+    """
+    for side in (1.0, 0.3):
+        (patch,) = wheel(0.0, vertical_force=10e3, dx=side, dy=side).solve().patches
+        assert "normal" not in patch.solution.calls
+        assert patch.solution.certificate.normal_residual < 1e-8

@@ -91,10 +91,9 @@ class ContactOnGrid:
         """
         solver = options.solver(scene)
         disc = discretise(scene, self.disc.grid, self.disc.operators)
-        exact = (
-            self.solver.plan.normal == solver.plan.normal == "norm" and self.disc.subgrid is None
-        )
-        if not exact or solver.plan.coupling != "none":
+        same = self.solver.plan.normal == solver.plan.normal and self.disc.subgrid is None
+        exact = self.solver.tol <= solver.tol and not solver.plan.closed_form
+        if not (same and exact) or solver.plan.coupling != "none":
             return None
         state = self.state
         if initial_guess is not None:

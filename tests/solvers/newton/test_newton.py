@@ -263,10 +263,16 @@ def test_forms_no_matrix(rolling, monkeypatch, name):
 
 
 @pytest.mark.parametrize(
-    ("motion", "products"), [(vc.Steady(vx=0.08, vy=0.08, spin=0.1), 35), (vc.Shift(ux=0.2), 35)]
+    ("motion", "products", "coarser"),
+    [
+        (vc.Steady(vx=0.08, vy=0.08, spin=0.1), 35, {(32, 32), (16, 16)}),
+        (vc.Shift(ux=0.2), 20, set()),
+    ],
 )
-def test_products_on_the_finest_grid(rolling, monkeypatch, motion, products):
-    """They are what the solution costs, and hardly grow with the elements: 3228 of them here."""
+def test_products_on_the_finest_grid(rolling, monkeypatch, motion, products, coarser):
+    """They are what the solution costs, and hardly grow with the elements: 3228 of them here. What
+    slides all over needs no coarser grids.
+    """
     counted, product = [], Kernel.__call__
 
     def count(self, traction):
@@ -277,7 +283,7 @@ def test_products_on_the_finest_grid(rolling, monkeypatch, motion, products):
     sol = vc.solve(rolling(motion=motion, grid=vc.Grid(nx=64, ny=64)), tangential="newton")
     assert sol.elements["contact"] == 3228
     assert counted.count((64, 64)) <= products
-    assert set(counted) == {(64, 64), (32, 32), (16, 16)}
+    assert set(counted) == {(64, 64), *coarser}
 
 
 class _WithoutResistance(System):

@@ -294,9 +294,10 @@ def tang_safeguarded(
 
     An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which
     is the paper's points 4 and 5 in one. Steps are judged by the residual of that map. The start is
-    the tractions of infinite friction, cut off at the bound. Where no way leads down from there,
-    projection and contraction (`splitting`), which converges from anywhere, comes near enough for
-    Newton's method. With forces prescribed TANG with inexact Newton steps is asked before.
+    tractions that slide all over, else those of infinite friction, cut off at the bound. Where no
+    way leads down from there, projection and contraction (`splitting`), which converges from
+    anywhere, comes near enough for Newton's method. With forces prescribed TANG with inexact Newton
+    steps is asked before.
 
     From a given start only that is tried, for `max_steps` Newton steps. The answer is the best
     iterate by its residual; `status` is "Solved" or "MaxIterations". `iterations` counts Newton
@@ -307,7 +308,9 @@ def tang_safeguarded(
     settings = settings or Settings()
     if start is not None:
         return _descend(problem, _admissible(problem, start), max_steps, settings)
-    at = _admissible(problem, no_slip(problem))
+    at = _sliding(problem)
+    if at is None:
+        at = _admissible(problem, no_slip(problem))
     if not at.finite:  # numbers overflow
         at = _unloaded(problem)
     best = _descend(problem, at, max_steps, settings)
@@ -322,6 +325,20 @@ def tang_safeguarded(
             return replace(raw, iterations=count)
         best = better(problem, best, raw)
     return replace(best, iterations=count, status="MaxIterations", solved=False)
+
+
+def _sliding(problem: TangentialProblem) -> RawSolution | None:
+    """Tractions at their bound against the rigid shift, where that is more than they give way by
+    themselves, and where they then slide.
+    """
+    size = magnitude(problem.rigid_shift)
+    if problem.free or not np.all(size > problem.operator.diagonal * problem.bound):
+        return None
+    traction = -problem.rigid_shift * (problem.bound / size)
+    at = RawSolution(traction, np.zeros(problem.components))
+    if not problem.potential.slips(_trial(problem, at), problem.operator.row_size).all():
+        return None
+    return at
 
 
 def _further_starts(

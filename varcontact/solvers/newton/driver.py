@@ -150,6 +150,12 @@ class GridConditions(Conditions):
         """Start of the coarsest grid: no tractions."""
         return point(self, np.zeros_like(self.known), np.zeros((len(self.known), 1, 1)))
 
+    def sliding(self) -> Point | None:
+        """Tractions at their bound that slide all over; None where they would stick somewhere, and
+        for pressures.
+        """
+        return None
+
     def refined(self, at: Point, coarse: GridConditions) -> Point:
         """A point of a coarser grid."""
         traction = doubled(at.traction, coarse.contact, self.bound.shape)
@@ -209,8 +215,11 @@ def solve(problem: GridProblem[G], start: RawSolution | None, settings: Settings
         if raw.solved:
             return raw
         steps = raw.iterations
-    # from coarse grids
-    at, coarse_steps = _from_coarse_grids(problem.conditions, settings)
+    # from tractions that slide all over, or from coarse grids
+    at = problem.conditions.sliding()
+    coarse_steps = 0
+    if at is None:
+        at, coarse_steps = _from_coarse_grids(problem.conditions, settings)
     raw = solve_from(problem, at, tol, settings, refined_tol)
     return replace(raw, iterations=steps + coarse_steps + raw.iterations)
 

@@ -18,7 +18,7 @@ from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Flow, FlowDerivative, Potential, magnitude, project
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import GridConditions, GridProblem, solve
+from varcontact.solvers.newton.driver import GridConditions, GridProblem, point, solve
 from varcontact.solvers.newton.gcr import Forces, System
 from varcontact.solvers.newton.globalisation import Point, dot
 from varcontact.solvers.newton.hierarchy import Box
@@ -95,6 +95,19 @@ class TangentialConditions(GridConditions):
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
         return project(traction, self.bound)
+
+    def sliding(self) -> Point | None:
+        """Tractions at their bound against the rigid shift, where that is more than they give way
+        by themselves, and where they then slide.
+        """
+        size = magnitude(self.known)
+        if self.forces.components or not np.all(size[self.contact] > self.bound[self.contact]):
+            return None
+        traction = -self.known * (self.bound / np.where(self.contact, size, 1.0))
+        at = point(self, traction, np.zeros((len(traction), 1, 1)))
+        if self.sticks(traction - at.shift, 1.0).any():
+            return None
+        return at
 
     def linearised(
         self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray
