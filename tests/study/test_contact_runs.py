@@ -1,6 +1,7 @@
 """Cases of CONTACT's input files run as it runs them, and compared with what it prints."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -9,13 +10,16 @@ import varcontact as vc
 from tests.command import assert_bad_input, run
 from tests.io.test_contact_input import CASE, DATA, FORMULA, SURFACE
 from varcontact.study.contact_comparison import (
+    Compared,
     by_case,
     compared,
     compared_stresses,
     report,
     summary_of,
+    with_refined,
 )
 from varcontact.study.contact_runs import run_cases
+from varcontact.study.contact_suite import FileCompared, page_of
 
 STOP = " 0  MODULE\n"
 FIRST = CASE[: CASE.index(STOP)]
@@ -409,3 +413,26 @@ def test_digits_that_are_printed_are_compared():
     assert list(by_case(rows)) == [(1, "differs", "FX differs")]
     assert summary_of(rows) == {"equal": 0, "differs": 1, "not run": 0, "not printed": 0}
     assert compared(2, [{"FN": 1.0}], None)[0].verdict == "not printed"
+
+
+def test_files_and_values_that_differ_are_tables_of_a_page():
+    """Equal files have a number and no reason; a wheel's finer patches are found by their place."""
+    theirs = ({"FN": 9.0, "YCP(R)": 5.0}, {"FN": 1.0, "YCP(R)": -9.0})
+    output = vc.ContactOutput(3, None, "right", {}, theirs)
+    rows = [Compared(3, 2, "FN", 1.0, 1.1, "differs")]
+    finer = [{"FN": 1.05, "YCP(R)": -9.0}, {"FN": 9.0, "YCP(R)": 5.0}]
+    (row,) = with_refined(rows, finer, output)
+    assert row.refined == 1.05
+    refused = Compared(
+        4, 1, "", math.nan, math.nan, "not run", "a.inp, line 4: path 'b/c.txt' is no"
+    )
+    files = [
+        FileCompared("wheels.inp", [row, refused], None, 1.25),
+        FileCompared("plain.inp", [Compared(1, 1, "FX", 1.0, 1.0, "equal")], 0.5, 0.25),
+    ]
+    lines = page_of(files).splitlines()
+    reasons = "1 differs: FN differs; 1 not run: path 'c.txt' is no"
+    assert lines[2] == f"| wheels | 2 |  | 1 | 1 | -, 1.2 | {reasons} |"
+    assert lines[3] == "| plain | 1 | 1 |  |  | 0.5, 0.2 |  |"
+    assert lines[4] == "| all | 3 | 1 | 1 | 1 | | |"
+    assert lines[-1] == "| wheels | 3, patch 2 | FN | 1 | 1.1 | 1.05 |  |"

@@ -91,7 +91,8 @@ def _all_cases(
         output = printed.get(number)
         its = comparison.compared(number, found.patches, output, found.note)
         if any(row.verdict == comparison.DIFFERENT for row in its):
-            its = comparison.with_refined(its, _on_finer_elements(finer(found.case), run))
+            refined = _on_finer_elements(finer(found.case), run)
+            its = comparison.with_refined(its, refined, output)
         rows += its
         rows += comparison.compared_stresses(number, found.stresses, output, found.patches)
         tables.append(_printed(number, [*found.patches, *found.stresses]))

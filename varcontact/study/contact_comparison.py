@@ -179,9 +179,11 @@ def _nearest_of(
 
 
 def with_refined(
-    rows: Sequence[Compared], refined: Sequence[Mapping[str, float]]
+    rows: Sequence[Compared], refined: Sequence[Mapping[str, float]], output: ContactOutput | None
 ) -> list[Compared]:
     """Rows that differ, each with our value on elements of half the sides."""
+    if output is not None and 1 < len(refined) == len(output.patches):
+        refined = [refined[k] for k in _nearest_of(refined, output.patches)]
     found = []
     for row in rows:
         values: Mapping[str, float] = {}

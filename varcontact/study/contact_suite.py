@@ -116,6 +116,8 @@ def _why(file: FileCompared) -> Iterator[str]:
     for verdict in COUNTED[1:]:
         for reason, count in file.reasons(verdict).items():
             short = reason.partition("; supported")[0]
+            # names of files without their folders
+            short = re.sub(r"'[^']*/([^'/]+)'", r"'\1'", short)
             yield f"{count} {verdict}: {short}"
 
 
@@ -127,11 +129,11 @@ def _row_of(name: str, row: Compared) -> str:
     place = str(row.case)
     if row.patch > 1:
         place = f"{row.case}, patch {row.patch}"
-    quantity = row.quantity
-    if row.note.startswith("block"):
-        quantity = f"{row.quantity}, {row.note}"
-    reason = row.note.removeprefix(quantity)
+    reason = row.note
+    if reason.startswith("block"):  # of stresses, of which patches have one each
+        place = f"{row.case}, {reason}"
+        reason = ""
     return (
-        f"| {name} | {place} | {quantity} | {row.theirs:.5g} | {row.ours:.5g} | {refined} "
+        f"| {name} | {place} | {row.quantity} | {row.theirs:.5g} | {row.ours:.5g} | {refined} "
         f"| {reason} |"
     )
