@@ -11,7 +11,8 @@ import varcontact as vc
 from tests.conftest import DATA
 from tests.io.test_contact_input import CASE, FORMULA, SURFACE
 from tests.wheel_rail.test_contact_input import CASE as WHEEL
-from tests.wheel_rail.test_contact_input import with_profiles
+from tests.wheel_rail.test_contact_input import FEATURES, SLICES, with_profiles
+from varcontact.wheel_rail import ProfileSlices
 from varcontact.wheel_rail import read_contact_input as read_wheels
 
 BASIC, WHEELS = ((DATA / f"contact_{name}.out").read_text() for name in ("basic", "wheel"))
@@ -43,6 +44,11 @@ def read_result(path):
     return result.on(result.scene(vc.Steady(vx=0.001)))
 
 
+def read_slices(path):
+    """Slices of a rail with parts between features."""
+    return ProfileSlices.read(path, "rail", mirror_z=False)
+
+
 FILES = {
     "case.inp": (vc.read_contact_input, [
         CASE,
@@ -70,6 +76,7 @@ FILES = {
         WHEEL.replace(" 0022033 ", " 1022033 ")
         .replace("  0.300   0.300 ", " 2\n -20d 0.2 0.2\n -10d 0.3 0.3\n %"),
     ]),
+    "rail.slcs": (read_slices, [SLICES.format(features="4  1  1") + " 2\n 1\n" + FEATURES]),
     "case.out": (vc.read_contact_output, [BASIC, WHEELS]),
     "case.mat": (read_result, [RESULT]),
 }  # fmt: skip
@@ -138,7 +145,7 @@ def refusal(read, path, changed):
 
 @pytest.mark.parametrize(
     ("name", "count"),
-    {"case.inp": 30, "wheel.inp": 15, "case.out": 80, "case.mat": 200}.items(),
+    {"case.inp": 30, "wheel.inp": 15, "rail.slcs": 15, "case.out": 80, "case.mat": 200}.items(),
     ids=str,
 )
 def test_no_text_gives_a_foreign_error(profiles, name, count):
@@ -165,6 +172,7 @@ def test_no_text_gives_a_foreign_error(profiles, name, count):
     (vc.read_contact_output, "case.out", WHEELS.replace("PATCH  1", "PATCH  " + "9" * 5000)),
     (vc.read_contact_input, "case.inp", CASE.replace(" 1 1    ", " " + "9" * 5000 + " 1    ")),
     (vc.read_contact_input, "case.inp", CASE.replace(" 4 3   -1.0", " 4 1e308   -1.0")),
+    (vc.read_contact_input, "case.inp", CASE.replace(" 022020 ", " 522020 ")),
     (read_result, "case.mat", RESULT.replace("\n3 2 ", "\n3 1e308 ")),
     (read_wheels, "wheel.inp", WHEEL.replace("'rail.csv'", "'ra\0il.csv'")),
 ])  # fmt: skip

@@ -338,7 +338,7 @@ def test_what_is_not_read_is_said_by_line(folder, old, new, words):
 SLICES = """% a rail that widens behind 0, from which a nose begins
  0.0   1.0               S_OFFSET, S_SCALE
  3                       NSLC
- {features}  0  0        NFEAT, NKINK, NACCEL
+ {features}        NFEAT, NKINK, NACCEL
  1                       S_METHOD
  -100.0   'rail.csv'
     0.0   'rail.csv'   ! as before
@@ -352,7 +352,7 @@ FEATURES = """ -100.0  -1.0  0.0  40.0  999.0
 
 def test_slices_of_one_profile_are_that_profile(folder):
     (known,) = read(folder)
-    (folder / "rail.slcs").write_text(SLICES.format(features=0))
+    (folder / "rail.slcs").write_text(SLICES.format(features="0 0 0"))
     (found,) = read(
         folder, ("'rail.csv' ", "'rail.slcs' "), (PLACE, PLACE.replace("0.0", "20.", 1))
     )
@@ -362,7 +362,7 @@ def test_slices_of_one_profile_are_that_profile(folder):
 
 
 def test_slices_of_the_second_method_are_control_points(folder):
-    text = SLICES.format(features=0)
+    text = SLICES.format(features="0 0 0")
     (folder / "rail.slcs").write_text(
         text.replace(" 1                       S_METHOD", " 2  S_METHOD")
     )
@@ -378,7 +378,7 @@ def test_slices_of_the_second_method_are_control_points(folder):
 
 
 def test_slices_are_read_with_the_scale_of_their_profiles(folder):
-    (folder / "rail.slcs").write_text(SLICES.format(features=0))
+    (folder / "rail.slcs").write_text(SLICES.format(features="0 0 0"))
     known, scaled = (
         ProfileSlices.read(folder / "rail.slcs", "rail", scale=scale) for scale in (1.0, 2.0)
     )
@@ -390,7 +390,7 @@ def test_slices_are_read_with_the_scale_of_their_profiles(folder):
 
 
 def test_parts_that_slices_lack_are_rails_of_their_own(folder):
-    (folder / "rail.slcs").write_text(SLICES.format(features=4) + FEATURES)
+    (folder / "rail.slcs").write_text(SLICES.format(features="4 0 0") + FEATURES)
     (found,) = read(folder, ("'rail.csv' ", "'rail.slcs' "))
     nose, rail = found.track.rail
     assert (list(nose.positions), nose.features[0].tolist()) == ([0.0, 150.0], [0.0, 5.0])
@@ -473,7 +473,7 @@ def test_slices_of_a_wheel_are_round_beyond_the_last_one(folder):
 
 
 def test_a_case_file_takes_slices(folder):
-    (folder / "rail.slcs").write_text(SLICES.format(features=0))
+    (folder / "rail.slcs").write_text(SLICES.format(features="0 0 0"))
     path = folder / "case.toml"
     path.write_text(
         'vertical_force = 80e3\ntrack = { rail = "rail.slcs" }\nwheelset = { wheel = "s1002" }\n'
@@ -485,7 +485,7 @@ def test_a_case_file_takes_slices(folder):
 
 
 def test_slices_out_of_order_are_named(folder):
-    (folder / "rail.slcs").write_text(SLICES.format(features=0).replace("150.0", "-50.0"))
+    (folder / "rail.slcs").write_text(SLICES.format(features="0 0 0").replace("150.0", "-50.0"))
     with pytest.raises(
         vc.SceneError, match=r"rail.slcs, line 8: S = -50.0 of slice 3 is out of order"
     ):
@@ -526,7 +526,7 @@ def test_slices_are_turned_as_the_first_one(folder):
     whole, crown = np.abs(RAIL.y) < 50.0, np.abs(RAIL.y + 7.5) < 20.0
     for name, part in (("whole", whole), ("crown", crown)):
         np.savetxt(folder / f"{name}.txt", np.stack([RAIL.y[part], -RAIL.z[part]], axis=1))
-    text = SLICES.format(features=0).splitlines()
+    text = SLICES.format(features="0 0 0").splitlines()
     rows = iter(["whole.txt", "crown.txt", "whole.txt"])
     text = [line if "'" not in line else f" {line.split()[0]} '{next(rows)}'" for line in text]
     (folder / "up.slcs").write_text("\n".join(text))

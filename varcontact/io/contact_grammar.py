@@ -287,6 +287,8 @@ LAW_ENTRIES = {
 def _friction(lines: Lines, c: Controls, known: Known) -> tuple[Group, ...]:
     """The law, or those of all points of a variation; the friction memory last."""
     varies = c["VARFRC"]
+    if c["FRCLAW"] not in LAW_ENTRIES:
+        c.check_supported()
     count = 1
     if varies in (1, 2):
         (count,) = lines.read("NVF:i").integers()

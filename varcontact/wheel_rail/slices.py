@@ -15,6 +15,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.io.contact_words import located
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile import Profile
@@ -201,14 +202,15 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
             )
 
         found = read_slices_file(file, kind, profile_of)
-        whole = cls(
-            profiles=found.profiles,
-            positions=found.positions,
-            approximating=found.approximating,
-        )
-        if found.features is None:
-            return whole
-        rails = tuple(_rails_of(whole, found.features, found.kinks))
+        with located(found.header):
+            whole = cls(
+                profiles=found.profiles,
+                positions=found.positions,
+                approximating=found.approximating,
+            )
+            if found.features is None:
+                return whole
+            rails = tuple(_rails_of(whole, found.features, found.kinks))
         if len(rails) == 1:
             return rails[0]
         return rails

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from varcontact.io.contact_words import Group, Lines
+from varcontact.io.contact_words import Group, Lines, located
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 
@@ -28,6 +28,7 @@ TURN_TOL = 1e-4
 class SlicesFile:
     """The content of a file: positions along a rail [mm] or around a wheel [rad]."""
 
+    header: Group
     positions: np.ndarray
     profiles: tuple[Profile, ...]
     approximating: bool
@@ -57,9 +58,10 @@ def read_slices_file(file: Path, kind: Kind, profile_of: Callable[[Path], Profil
         if len(positions) > 1 and positions[-1] - positions[-2] <= closest:
             group.refuse("S", positions[-1], f"of slice {len(positions)} is out of order")
         if name not in by_name:
-            by_name[name] = profile_of(file.parent / name)
+            with located(group):
+                by_name[name] = profile_of(file.parent / name)
         profiles.append(by_name[name])
-    found = SlicesFile(np.array(positions), tuple(profiles), approximating)
+    found = SlicesFile(counts, np.array(positions), tuple(profiles), approximating)
     number, kinks, accelerations = counts.integers()
     if number <= 1:
         return {"rail": found, "wheel": _around_wheel(found)}[kind]
