@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
+from tests.benchmarks.small_work import alternating, small_work
 from tests.benchmarks.table import Table, least
 from tests.scenes import make_scene, wheel_on_rail
 from tests.wheel_rail.conditions import benchmark, manchester, wheel
@@ -228,4 +229,6 @@ TABLES = {
     "fast_theories": fast_theories,
     "wheel_rail": wheel_rail,
     "wheel_rail_sweep": wheel_rail_sweep,
+    "small_work": small_work,
+    "alternating": alternating,
 }
