@@ -109,6 +109,7 @@ def test_numbers_of_a_flat_block_by_wave_number_are_those_of_a_half_space(rollin
     assert off.max() < 0.08
 
 
+@pytest.mark.slow
 def test_half_spaces_at_the_gauge_corner_in_rolling(rolling):
     """Creep forces and pressures of a coarse mesh; half-spaces shift nothing along x."""
     models = rolling.rolling(3.0, step=0.8, cells=26, waves=9)

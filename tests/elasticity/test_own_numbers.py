@@ -100,7 +100,7 @@ def test_half_spaces_by_their_numbers_are_half_spaces(make, known, motion):
 
 
 @pytest.mark.parametrize("name", ["tang-safeguarded", "newton", "clarabel", "splitting"])
-@pytest.mark.parametrize("make", [kernel, by_row, matrix])
+@pytest.mark.parametrize("make", [kernel, matrix])
 def test_solvers_agree(make, name):
     rolling = scene(make(ALIKE), friction=0.3, motion=vc.Steady(vx=5e-3, spin=0.01))
     expected = vc.solve(replace(rolling, bodies=ALIKE))
