@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.special import k0e, k1e
+from scipy.special import hyp2f1, k0e, k1e
 
 import varcontact as vc
 from varcontact.elasticity.layered import half_space
@@ -29,6 +29,21 @@ def test_waves_across_have_closed_forms(exponent, exact):
     """
     body = vc.Graded(G=3.0, nu=0.3, depth=2.0, exponent=exponent)
     np.testing.assert_allclose(body.stack(1.0, 1.0).compliance(WAVES)[3], exact / 3.0, rtol=1e-4)
+
+
+@pytest.mark.parametrize("deep", [4.0, 0.25])
+def test_waves_across_an_exponential_change_are_hypergeometric(deep):
+    """With x = exp(-z), G = deep (1 + c x): ``u = x^k F(a, b; 2 k + 1; -c x)``, a + b = 2 k + 1,
+    a b = k.
+    """
+    k = WAVES[WAVES < 30]
+    c = 1 / deep - 1
+    root = np.sqrt((2 * k + 1) ** 2 - 4 * k)
+    a, b = (2 * k + 1 + root) / 2, (2 * k + 1 - root) / 2
+    slope = k / (2 * k + 1) * hyp2f1(a + 1, b + 1, 2 * k + 2, -c) / hyp2f1(a, b, 2 * k + 1, -c)
+    body = vc.Graded(G=1.0, nu=0.3, depth=1.0, G_deep=deep)
+    found = body.stack(1.0, 1.0).compliance(k)[3]
+    np.testing.assert_allclose(found, k / (k - c * slope), rtol=2e-4)
 
 
 def test_an_exponential_change_is_that_of_many_thin_layers():
