@@ -175,7 +175,7 @@ def test_threads_that_save_in_one_folder_do_not_mix(solution, tmp_path):
     ]
 
     def save(i):
-        for _ in range(3):
+        for _ in range(2):
             solutions[i].save(tmp_path / f"{i}.nc")
             solutions[i].save(tmp_path / "all.nc")
 

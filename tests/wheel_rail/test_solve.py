@@ -83,7 +83,7 @@ def test_unlike_bodies_and_no_friction_to_an_accuracy(friction):
 def test_parts_of_a_patch_that_feel_each_other_in_part():
     """Within its errors the answer is that on fine elements."""
     case = wheel(5.0, yaw=0.012, vertical_force=10e3, join=1.0, separate=20.0)
-    found, fine = case.solve(accuracy=0.1), replace(case, dx=0.4, dy=0.2).solve()
+    found, fine = case.solve(accuracy=0.1), replace(case, dx=0.6, dy=0.3).solve()
     assert len(found.patches[0].patch.interactions) == 1
     assert np.all(np.abs(found.force - fine.force) < found.error + 1e-3 * 0.3 * 10e3)
 
