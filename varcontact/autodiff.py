@@ -37,7 +37,7 @@ def jax_function(
     Parameters
     ----------
     scene : Scene
-        What does not change.
+        Scene that gives all other inputs.
     outputs, inputs : sequences of str
         Outputs and numbers of the scene, as of `Solution.gradient`.
     edge : {"auto", "held", "moving", "following"}

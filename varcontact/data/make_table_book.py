@@ -100,7 +100,7 @@ def make_table_book(
     ratios, steps : int
         Ellipses, and magnitudes of creepage in each direction.
     degree : int
-        Of polynomials that the directions could determine, odd; 17 takes 145
+        Degree of the polynomials that the directions determine, odd; 17 takes 145
         directions.
     executor, workers
         Where the entries are solved, as for `sweep`.
@@ -124,7 +124,7 @@ def make_table_book(
     OutputError
         If the file cannot be written.
     Interrupted, WorkersLost
-        As `sweep`.
+        As in `sweep`.
 
     Examples
     --------

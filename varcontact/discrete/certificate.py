@@ -88,7 +88,7 @@ class Certificate:
     normal_relative_gap, normal_residual, tangential_residual : float
         The same measures of the two problems.
     level : {"full", "gap", "none"}
-        What was asked for: everything; no bound on the forces; the residuals
+        Level that was requested: everything; no bound on the forces; the residuals
         alone.
     bounds : ForceBounds or callable
         The bounds on the forces, or what computes them. Newton's method without

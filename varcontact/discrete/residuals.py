@@ -336,7 +336,7 @@ def potential_energy(
     traction : ndarray, shape (n,) or (c, n)
         Any: the displacements are ``A p``.
     rigid : ndarray, shape (c,), optional
-        Of a tangential problem, the rigid shift that was found where a force is
+        Rigid shift of a tangential problem that was found where a force is
         prescribed; zero if not given.
 
     Returns

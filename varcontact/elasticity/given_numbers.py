@@ -170,8 +170,7 @@ def check_by_place(scene: Scene, field: str, of: str) -> None:
     """Numbers by place have curvature and layers in them: they are those of a plane, or as they
     are.
     """
-    layer = scene.third_body
-    if scene.conformal or (layer is not None and layer.compliance > 0):
+    if scene.conformal or scene.layer_compliance > 0:
         allowed = (
             "a kernel by offset, or a symbol: these have curvature and layers in their numbers"
         )

@@ -49,7 +49,7 @@ def influence_numbers(
     nu, K, G : float
         Combined constants (58)-(60).
     depth : float
-        Of a strip: the distance at which displacements along the traction are
+        Depth of a strip: the distance at which displacements along the traction are
         zero [length].
     components : iterable of str
         Which of the nine: "xz" is the displacement difference along x by a unit

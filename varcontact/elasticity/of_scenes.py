@@ -59,9 +59,8 @@ def medium_on(
         medium = medium_of(scene.bodies, length, depth, speed)
     if grid.periodic:
         medium = _periodic(medium, grid)
-    layer = scene.third_body
-    if layer is not None and layer.compliance > 0:
-        medium = ShearLayer(medium, layer.compliance * scene.bodies.combined_G / length)
+    if scene.layer_compliance > 0:
+        medium = ShearLayer(medium, scene.layer_compliance * scene.bodies.combined_G / length)
     if isinstance(surface, SampledDistance) and is_curved(surface):
         by_row = _inclination(surface.y, surface.inclination, grid.y, length)
         by_column = _inclination(surface.x, surface.inclination_x, grid.x, length)

@@ -66,7 +66,7 @@ class GridOperator:
     Attributes
     ----------
     shape : (ny, nx)
-        Of the grid.
+        Shape of the grid.
     table : ndarray, shape (rows, columns, 2 ny - 1, 2 nx - 1)
         Influence number of each pair of components by the offset (field element
         minus loaded element), from ``-(n - 1)`` to ``n - 1``.

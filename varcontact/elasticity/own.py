@@ -65,12 +65,12 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
         itself at -k. It is sampled once, and fitted: harmonics of the
         direction, and poles over the wave number.
     scale : float, optional
-        Of a symbol: a typical thickness or depth of the bodies [length]; wave
+        Typical thickness or depth of the bodies, with a symbol [length]; wave
         numbers from 1e-4 to 1e4 divided by it are sampled. Where the symbol is
         a power of the wave number, as of half-spaces, there is none, and 1
         serves.
     local : sequence of 3 floats, optional
-        Of a symbol: compliances of springs along x, y and z, which act at their
+        Compliances of springs along x, y and z in a symbol, which act at their
         own place, in the symbol [length/stress]: the rest falls like 1/k.
     kernel : array_like, shape (3, 3, 2 ny - 1, 2 nx - 1) or (3, 3, ny, ny, 2 nx - 1)
         Influence numbers: displacement along i (x, y, z) at the centre of an
@@ -88,7 +88,7 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
     sides : (dx, dy), or (dx,) in line contact
         Sides of the elements of a kernel or matrix [length].
     components : {"xyz", "z"}
-        Those of a kernel or matrix: all, or for scenes without a motion normal
+        Components of a kernel or matrix: all, or for scenes without a motion normal
         displacements by pressures alone, with one component in place of three.
 
     Raises

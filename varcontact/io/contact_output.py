@@ -37,14 +37,14 @@ OVERFLOW = re.compile(r"\*+$|NaN$|[+-]?Infinity$", re.IGNORECASE)
 
 @dataclass(frozen=True, eq=False)
 class ContactOutput:
-    """What CONTACT printed of one case, in mm, N, rad, s, J and W.
+    """Results that CONTACT printed of one case, in mm, N, rad, s, J and W.
 
     Attributes
     ----------
     case : int
         Its number.
     result_element : int or None
-        Of the result elements of CONTACT's library the number; None where none
+        Number of the result element in CONTACT's library; None where none
         is printed.
     side : str or None
         "left" or "right" wheel of module 1; None of module 3.

@@ -67,11 +67,11 @@ def write_c(
     folder : str or Path
         It is made, if it is not there.
     book : TableBook, optional
-        That of the package (nu = 0.28), if none is given.
+        Table book; by default that of the package (nu = 0.28).
     overwrite : bool
         Whether to replace files of these names that varcontact did not write.
     field : str
-        What errors call the folder.
+        Name of the folder in errors.
 
     Returns
     -------

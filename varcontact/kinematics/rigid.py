@@ -97,7 +97,7 @@ class RigidBody(
     rotation : array_like, shape (3, 3), optional
         A, see `rotation`; the identity if not given.
     velocity : array_like, shape (3,), optional
-        Of its origin [length/time]; at rest if not given.
+        Velocity of its origin [length/time]; at rest if not given.
     angular_velocity : array_like, shape (3,), optional
         In the global frame [rad/time]; none if not given.
 

@@ -46,7 +46,7 @@ class WheelSetMotion(
     yaw, yaw_rate : float
         alpha and its rate [rad, rad/time].
     lateral_velocity : float
-        Of the centre [length/time].
+        Lateral velocity of the centre [length/time].
 
     Raises
     ------

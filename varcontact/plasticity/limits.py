@@ -67,12 +67,12 @@ def shakedown(
     Parameters
     ----------
     solution : Solution or PatchSolution
-        Of steady rolling, or without friction.
+        Solution of steady rolling, or without friction.
     k : float, pair of array_like, or callable
         Yield stress in shear [force/area]: a number, depths and values between which it is linear,
         or a function of depths.
     body : 1, 2, "upper" or "lower"
-        Of a patch of a wheel "rail" or "wheel".
+        Body; under a wheel "rail" or "wheel".
     hardening : {"none", "kinematic"}
         Perfect plasticity, or unlimited kinematic hardening, whose limit needs no program.
     gap : float or None

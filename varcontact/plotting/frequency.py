@@ -95,7 +95,7 @@ def plot_growth(
     ax : matplotlib Axes, optional
         Where to draw; a new figure if not given.
     figsize : pair of float, optional
-        Of a new figure [inch].
+        Size of a new figure [inch].
 
     Raises
     ------

@@ -69,15 +69,15 @@ def plot_stress(
         "xz": a section along x; "yz": a section across it; "xy": a plane
         parallel to the surface.
     x, y : float, optional
-        Of the section across the other axis [length]; where the pressure is
+        Place of the section across the other axis [length]; where the pressure is
         largest if not given.
     depth : float, optional
-        Of a section: shown in either body [length]; three quarters of the
+        Depth of a section that is shown in either body [length]; three quarters of the
         contact's length in it if not given. Of the plane "xy": its distance
         from the surface [length]; a quarter of the contact's length along x if
         not given.
     body : 1, 2, "upper" or "lower"
-        Of the plane "xy"; of a patch of a wheel 1, 2, "rail" or "wheel".
+        Body of the plane "xy"; under a wheel 1, 2, "rail" or "wheel".
     ax, figsize
         As for `Solution.plot`.
 

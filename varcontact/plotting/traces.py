@@ -36,7 +36,7 @@ def plot_traces(
     problem: str | None = None,
     figsize: tuple[float, float] | None = None,
 ) -> Figure:
-    """How solvers converge: a figure of their iterates by iteration, and by second.
+    """Plot the convergence of solvers: their iterates by iteration, and by second.
 
     Parameters
     ----------

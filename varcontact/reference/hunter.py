@@ -27,7 +27,7 @@ class Hunter:
     force : float
         Normal force [force/length].
     moment : float
-        Of the pressure about the lowest point; positive: the pressure acts
+        Moment of the pressure about the lowest point; positive: the pressure acts
         ahead of it [force].
     """
 

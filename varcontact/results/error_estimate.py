@@ -41,13 +41,13 @@ class ErrorEstimate:
         sqrt(ab), of a creepage by the saturation creepage, of the rest by the
         value itself. Of a history by the largest f Fz of its steps.
     how : str
-        How it was estimated, in words.
+        Method of the estimate, in words.
     solves : tuple of Solve
-        What was solved for it, in this order.
+        Solves that it took, in order.
     accuracy, time_budget : float or None
-        What was asked for.
+        Accuracy or time that was requested.
     on_grid : dict of str to float
-        Of the finest grid's own answer, whose fields the solution has: the
+        Values on the finest grid, whose fields the solution has: the
         values before they were extrapolated. Empty where nothing was.
     bars : dict of str to float
         The errors in the units of the values: error bars. Also of a largest

@@ -56,7 +56,7 @@ class FrequencyResponse:
         "roughness": a height ``r exp(i k (x + q))`` [length] that closes the
         gap.
     scene : Scene
-        That of the solution.
+        Scene of the solution.
 
     Examples
     --------
@@ -195,7 +195,7 @@ class HarmonicSolution:
     traction : ndarray of complex, shape (2, ny, nx)
         Amplitudes of the tangential tractions on body 1 [force/area].
     pressure : ndarray of complex, shape (ny, nx)
-        Those of the pressure, which tractions change where the bodies differ
+        Amplitudes of the pressure, which tractions change where the bodies differ
         [force/area].
     Fx, Fy, Mz : complex
         Amplitudes of the forces, and of the moment about z, on body 1; no

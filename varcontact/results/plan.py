@@ -44,12 +44,12 @@ class Matrix:
     Attributes
     ----------
     name : str
-        As in "A_zz" or "A_tt - C_tt": t is along x and y, z normal.
+        Such as "A_zz" or "A_tt - C_tt": t is along x and y, z normal.
     kind : {"table", "dense"}
         By offset, for products by FFT, with its transform; or element by
         element.
     rows, columns : int
-        Of a table: numbers of offsets along y and x.
+        Size; of a table the numbers of offsets along y and x.
     bytes : int
     reason : str
     at_most : bool
@@ -67,14 +67,14 @@ class Matrix:
 
 @dataclass(frozen=True)
 class Sizes:
-    """How large the problems of a plan are, as estimated from the number of elements.
+    """Sizes of the problems of a plan, estimated from the number of elements.
 
     Attributes
     ----------
     grid : (int, int)
         Rows and columns of the potential contact, (ny, nx).
     sides : (float, float), optional
-        Of an element [length]; None where the contact has to be looked for
+        Side lengths of an element [length]; None where the contact has to be searched for
         first.
     elements : dict
         By problem, "normal" and "tangential": the elements that enter it.
@@ -196,7 +196,7 @@ class Plan(Reported):
         coefficient follows, by its kind in a scene file: then an outer loop
         finds it; "several" where a history has more than one of these.
     special : tuple of str
-        What is simpler than the general case: "frictionless", "no slip"; "no
+        Simplifications: "frictionless", "no slip"; "no
         grid" where one is chosen by `solve`.
     sizes : Sizes, optional
         Grid, elements, matrices and memory; of `varcontact.plan` only.

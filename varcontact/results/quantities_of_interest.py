@@ -49,7 +49,7 @@ def values(answer: Solution | History, steps: Sequence[int] | None = None) -> di
     ----------
     answer : Solution or History
     steps : sequence of int, optional
-        Of a history: the steps that count, from 0; all of them if not given.
+        Steps of a history that count, from 0; by default all.
 
     Returns
     -------
@@ -187,7 +187,7 @@ def error(
         Values of the answer, and those it should have; every exact value must
         have been found.
     units : mapping of str to float
-        What an error of one is, see `units`.
+        Unit of the error of each quantity, see `units`.
 
     Returns
     -------

@@ -95,14 +95,14 @@ class Solution(Reported):
     timing : dict
         Seconds by stage, and in total.
     passes : tuple of (float, float)
-        Of each pass of a loop: relative change, and residual after it.
+        Relative change in each pass of a loop, and the residual after it.
     branch : str
         Under a law of friction: where the search began, "stick", "slip", a
         "solution" or a "history".
     calls : dict of dict of Calls
         By problem and solver: number of calls, iterations and seconds.
     note : str
-        Of a solution from a file: what is to be known of its certificate, see
+        Remark on the certificate of a solution that was read from a file, see
         `varcontact.load`.
     warnings : tuple of str
         Plausibility warnings of the scene, see `Scene.doubts`, and faults that

@@ -73,14 +73,14 @@ class SubsurfaceStress(Labelled):
     points : ndarray, shape (3, ...)
         x, y, z [length]; the trailing shape is that of all fields.
     displacement : ndarray, shape (3, ...)
-        Of the particles [length]; zero in a rigid body, NaN in line contact
+        Displacement of the particles [length]; zero in a rigid body, NaN in line contact
         without a reference depth or with layers, and on a smooth base.
     gradient : ndarray, shape (3, 3, ...)
         ``du_i/dx_j`` at ``[i, j]`` [-].
     stress : ndarray, shape (3, 3, ...)
         Tension positive [force/area].
     units : Units
-        Of the scene.
+        Units of the scene.
     """
 
     more_formats = VTK_FORMATS
@@ -159,7 +159,7 @@ def stress(solution: Solution | Patch, points: Any, body: Body = 1) -> Subsurfac
         x, y, z [length]; ``z >= 0`` in the upper body, ``z <= 0`` in the lower.
         In line contact y does not matter.
     body : 1, 2, "upper" or "lower"
-        Of a patch of a wheel 1, 2, "rail" or "wheel"; ``z >= 0`` in the rail.
+        Body; under a wheel 1, 2, "rail" or "wheel", with ``z >= 0`` in the rail.
 
     Returns
     -------
@@ -240,7 +240,7 @@ def stress_below(solution: Solution | Patch, depths: Any, body: Body = 1) -> Sub
     depths : array_like, shape (n,), or a number
         Distances from the surface, ``>= 0`` [length], in either body.
     body : 1, 2, "upper" or "lower"
-        Of a patch of a wheel 1, 2, "rail" or "wheel".
+        Body; under a wheel 1, 2, "rail" or "wheel".
 
     Returns
     -------

@@ -189,7 +189,7 @@ class Layer(
         Thickness [length], modulus of rigidity [force/area], and Poisson's
         ratio in (-1, 0.5].
     relaxations : sequence of (f, tau), optional
-        Those of its own `Viscoelastic` solid, in line contact.
+        Relaxations of its own `Viscoelastic` solid, in line contact.
 
     Raises
     ------
@@ -217,7 +217,7 @@ class Layered(Checked, path="bodies", relaxations=_relaxations):
         one without friction: also the middle of a strip that is loaded alike
         from both sides.
     relaxations : sequence of (f, tau), optional
-        Those of a `Viscoelastic` solid, which all layers, and a base that gives
+        Relaxations of a `Viscoelastic` solid, which all layers, and a base that gives
         way, are of; left out where layers have their own.
 
     Raises

@@ -93,7 +93,7 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
         length : float
             Along the circumference [length].
         radius : float
-            Of the wheel [length]: a fresh flat is a chord of depth
+            Wheel radius [length]: a fresh flat is a chord of depth
             ``length^2/(8 radius)``.
         at : float
             X of its middle [length].

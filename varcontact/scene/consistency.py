@@ -184,9 +184,8 @@ def check_linear(scene: Scene) -> None:
     if isinstance(scene.friction, Law) and scene.friction.continuous:
         allowed = "a number or StaticKinetic: it must not fall with slip velocity"
         raise SceneError("friction", scene.friction, allowed)
-    if scene.third_body is not None and scene.third_body.yields:
-        allowed = "inf: linearised are layers that do not yield"
-        raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)
+    if scene.flows:
+        raise flow_refused(scene, "inf: linearised are layers that do not yield")
     if scene.conformal:
         raise SceneError(
             "surface.inclination", "given", "left out: linearised are bodies that meet on a plane"
@@ -206,9 +205,8 @@ def check_differentiable(scene: Scene) -> None:
         raise SceneError("bodies", bodies, "elastic: steps of others have no gradient")
     if isinstance(scene.friction, Law):
         _check_law_differentiable(scene.friction)
-    if scene.third_body is not None and scene.third_body.yields:
-        allowed = "inf: a layer that yields has no gradient"
-        raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)
+    if scene.flows:
+        raise flow_refused(scene, "inf: a layer that yields has no gradient")
     if scene.conformal:
         surface = type(scene.surface).__name__
         raise SceneError("surface", surface, "plane: a curved contact has no gradient")
@@ -641,15 +639,24 @@ def _check_third_body(scene: Scene) -> None:
         allowed = (
             "zero or positive in steady rolling: a layer that softens has a history (Transient)"
         )
-        raise SceneError("third_body.k_tau", layer.k_tau, allowed)
+        raise hardening_refused(scene, allowed)
     if layer.yields and scene.no_slip:
         raise SceneError("friction", math.inf, "finite with a third_body that yields")
     second_order = scene.edge == "softened"
     if isinstance(motion, Steady | Harmonic) and motion.slip_difference != "first-order":
         second_order = True
     if second_order and layer.k_tau != 0:
-        raise SceneError(
-            "third_body.k_tau",
-            layer.k_tau,
-            '0, or grid.edge "centres" and slip_difference "first-order"',
-        )
+        allowed = '0, or grid.edge "centres" and slip_difference "first-order"'
+        raise hardening_refused(scene, allowed)
+
+
+def flow_refused(scene: Scene, allowed: str) -> SceneError:
+    """The error of a scene whose layer between the bodies flows."""
+    assert scene.third_body is not None
+    return SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)
+
+
+def hardening_refused(scene: Scene, allowed: str) -> SceneError:
+    """The error of a scene whose layer between the bodies hardens or softens."""
+    assert scene.third_body is not None
+    return SceneError("third_body.k_tau", scene.third_body.k_tau, allowed)

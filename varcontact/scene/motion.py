@@ -129,7 +129,7 @@ class Harmonic(
     vx, vy, spin : float
         Amplitudes of the creepages, as of `Steady`.
     dq, spin_offset, slip_difference
-        Those of `Steady`.
+        As in `Steady`.
     """
 
     _words: ClassVar = {

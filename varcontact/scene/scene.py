@@ -470,6 +470,18 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return self.third_body is None
 
     @property
+    def without_layer(self) -> Scene:
+        """The same contact with nothing but friction between the bodies."""
+        return replace(self, third_body=None)
+
+    @property
+    def layer_compliance(self) -> float:
+        """Elastic shear displacement of a layer between the bodies, by traction; zero without."""
+        if self.third_body is None:
+            return 0.0
+        return self.third_body.compliance
+
+    @property
     def flows(self) -> bool:
         """True where what lies between the bodies flows below the friction bound."""
         return self.third_body is not None and self.third_body.yields

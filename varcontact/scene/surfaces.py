@@ -265,7 +265,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             Distance of samples along x, and along y, of heights without
             positions [length].
         remove : {"mean", "plane", "curvature"}, optional
-            What is taken off by least squares before `on` is added.
+            Part that is removed by least squares before `on` is added.
         on : Paraboloids or Cylinders, optional
             The smooth distance on top of which the heights are; without it the
             other body is flat.

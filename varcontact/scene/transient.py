@@ -83,7 +83,7 @@ class Transient(
         the contact. The history that is returned has its numbers; a `store`
         cannot have a function.
     start : Solution, optional
-        What the first step goes on from; not given: bodies without tractions.
+        Solution that the first step continues from; by default bodies without tractions.
     interpolate : bool
         Whether a start on another grid is interpolated; otherwise it is
         refused.

@@ -27,7 +27,7 @@ class Units(Checked, path="units", length=_name, force=_name):
     Parameters
     ----------
     length, force : str
-        As "mm" and "N".
+        Names of the units, such as "mm" and "N".
 
     Raises
     ------

@@ -28,7 +28,7 @@ class Calls:
     Attributes
     ----------
     count : int
-        How often it was called.
+        Number of calls.
     iterations : int
         Its iterations, as it counts them, in all calls.
     seconds : float

@@ -229,7 +229,7 @@ def answer(
         it has none of its own.
     way : Way
     steps : sequence of int, optional
-        Of a history: the steps that count, from 0; all of them if not given.
+        Steps of a history that count, from 0; by default all.
     **options
         More arguments of `solve`, as ``certify=None``; those of the way come
         first.

@@ -19,7 +19,7 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
-from varcontact.scene.consistency import check_force_is_sum
+from varcontact.scene.consistency import check_force_is_sum, flow_refused
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.given_pressure import check_placed
@@ -59,9 +59,9 @@ class FrictionProblem:
     elements : ndarray of int, shape (n,)
         Places ``iy * nx + ix`` of the elements on the grid.
     scales : dict of str to float
-        What 1 is: "traction" [force/area] of r, "shift" [length] of u.
+        Value of 1 in the scene's units: "traction" [force/area] of r, "shift" [length] of u.
     notes : tuple of str
-        What is held fixed here, and would be found by `solve`.
+        Quantities that are held fixed here, and that `solve` would determine.
     """
 
     scene: Scene
@@ -140,7 +140,7 @@ class FrictionProblem:
         path : str or Path
             With the ending ``.hdf5`` or ``.h5``.
         solution : Solution, optional
-            Of the same scene: its u, r and l are written as FCLIB's solution.
+            Solution of the same scene: its u, r and l are written as FCLIB's solution.
         overwrite : bool
             Whether another file may be replaced.
 
@@ -292,9 +292,9 @@ def _check_coulomb(scene: Scene) -> None:
     if largest is None or not np.all(np.isfinite(largest)):
         allowed = "finite coefficients, or a law of them: the bound is Coulomb's, mu times r_N"
         raise SceneError("friction", scene.friction, allowed)
-    if scene.third_body is not None and scene.third_body.yields:
+    if scene.flows:
         why = "a yield stress is no part of Coulomb's friction"
-        raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, f"left out: {why}")
+        raise flow_refused(scene, f"left out: {why}")
     if scene.edge != "centres":
         raise SceneError("grid.edge", scene.edge, '"centres": all elements count in full')
     check_force_is_sum(scene)

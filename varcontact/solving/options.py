@@ -19,6 +19,7 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import not_measurable
 from varcontact.results.solution import Solution
+from varcontact.scene.consistency import hardening_refused
 from varcontact.scene.friction import StaticKinetic
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
@@ -314,7 +315,7 @@ def _refusals(scene: Scene, plan: Plan, field: str, arguments: Arguments) -> Ite
         yield from _refusals_of_shift(scene, scene.motion, field)
     if scene.hardens and not plan.closed_form:
         allowed = f"0 with {field}, or the contact a Hertzian one of like bodies"
-        yield SceneError("third_body.k_tau", scene.third_body, allowed)
+        yield hardening_refused(scene, allowed)
     if plan.theory is not None:
         allowed = f"a method of the exact theory with {field}"
         why = "a theory has an error that no grid removes"

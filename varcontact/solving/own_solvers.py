@@ -56,7 +56,7 @@ def register_solver(
     Parameters
     ----------
     name : str
-        Of letters, digits, points, ``-`` and ``_``. An own solver of this name is replaced.
+        Letters, digits, points, ``-`` and ``_``. An own solver of this name is replaced.
     solve : callable
         ``solve(problem, settings, start)``. Of a normal problem it returns pressures (n,), or
         (pressures, approach (1,)); of a tangential one tractions (c, n), or (tractions, rigid

@@ -43,7 +43,7 @@ def plan(
     method: MethodName = "auto",
     methods: Methods | None = None,
 ) -> Plan:
-    """What a scene requires, and why, before anything is solved: `solve` follows exactly this plan.
+    """Plan of a scene, with reasons, before anything is solved: `solve` follows exactly this plan.
 
     Sizes, memory and seconds are estimated from the number of elements. Where
     the contact is Hertz's, that is known; where it is found by solving (sampled

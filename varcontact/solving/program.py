@@ -22,7 +22,7 @@ from varcontact.io import program as files
 from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
-from varcontact.scene.consistency import check_force_is_sum
+from varcontact.scene.consistency import check_force_is_sum, hardening_refused
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.conic.backends import FORMULATIONS
@@ -96,7 +96,7 @@ class Program(Reported):
     problem : {"normal", "tangential"}
     formulation : {"complementary", "potential", "gap"}
     notes : tuple of str
-        What is held fixed here, and would be found by `solve`.
+        Quantities that are held fixed here, and that `solve` would determine.
     P, A : scipy.sparse.csc_matrix
         P is symmetric, with all its entries; both are made when first asked for.
     q, b : ndarray
@@ -105,7 +105,7 @@ class Program(Reported):
     variables, duals : dict of str to slice
         Places of the blocks of x, and of those of z, by name; `report` says what each is.
     scales : dict of str to float or ndarray
-        What a value of 1 is in the scene's units: "traction" (n,) or (c n,) [force/area], "shift"
+        Value of 1 in the scene's units: "traction" (n,) or (c n,) [force/area], "shift"
         [length] of shifts or distances, and "energy" of the objective [force length].
     elements : ndarray of int, shape (n,)
         Places ``iy * nx + ix`` of the elements on the grid; of a normal problem on their parts.
@@ -258,9 +258,9 @@ class Program(Reported):
         Returns
         -------
         Solution
-            Of the problem alone: a normal one has no motion. `Solution.certificate` is computed
-            from its fields; it counts as `converged` where the residual of the problem is 1e-8 or
-            less.
+            Solution of this problem alone: a normal one has no motion. `Solution.certificate` is
+            computed from its fields; it counts as `converged` where the residual of the problem is
+            1e-8 or less.
 
         Raises
         ------
@@ -386,8 +386,8 @@ def program(
         By complementary energy (215), by potential energy (214), or by the duality gap: "auto" is
         "complementary" where there is an energy, and "gap" in steady rolling.
     pressure : array_like, shape (ny, nx), optional
-        Of a tangential problem, as of `certify` [force/area]; Hertz's, where the surface is
-        Hertzian and none is given.
+        Pressure of a tangential problem, as in `certify` [force/area]; Hertz's, where the surface
+        is Hertzian and none is given.
 
     Returns
     -------
@@ -501,7 +501,7 @@ def _held_fixed(scene: Scene, disc: Discretisation) -> list[str]:
     if disc.sought(by_slip=False):
         why = "its yield stress follows from the tractions, and no program has it"
         allowed = f"0 in steady rolling and 0 or more in a shift: {why}"
-        raise SceneError("third_body.k_tau", scene.third_body, allowed)
+        raise hardening_refused(scene, allowed)
     notes = []
     if disc.sought(by_slip=True):
         notes.append("the static coefficient of friction: its law depends on the slip")

@@ -150,7 +150,7 @@ def solve(
         to the same continuum, but from "slip" faster. In a history each
         particle goes on as it did in the step before if nothing is given.
     certify : {"auto", "full", "gap", "none"} or None
-        How much of the certificate is computed: "full", with guaranteed bounds
+        Level of the certificate: "full", with guaranteed bounds
         on the forces; "gap", without them; "none", or None, the residuals
         alone, which are always there. "auto" is "full" up to 10 000 elements
         with friction, "gap" beyond and in the steps of a history. The report
@@ -161,7 +161,7 @@ def solve(
         Called with the name of each stage as it starts; in a history, with the
         number of steps done.
     store : str or Path, optional
-        Of a history: the file its steps are added to as they are finished, so
+        File to which the steps of a history are added as they are finished, so
         that memory does not grow with them. Called again with the same scene,
         methods and file, an interrupted history goes on where it stopped.
     accuracy : float, optional
@@ -219,7 +219,7 @@ def solve(
     Warns
     -----
     PlausibilityWarning
-        Of likely mistakes, before any work, see `Scene.doubts`.
+        For likely mistakes, before any work, see `Scene.doubts`.
 
     Examples
     --------

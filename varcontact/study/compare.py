@@ -89,7 +89,7 @@ def compare(
     progress : callable or true, optional
         Called with the scene.
     accuracy, time_budget : float, optional
-        As for `solve`, for scenes without a grid of their own: they are
+        As in `solve`, for scenes without a grid of their own: they are
         compared on the grid that reaches this accuracy (1 %, if neither is
         given), or that is used within this time.
     executor, workers

@@ -121,7 +121,7 @@ def _simplified(case: ContactCase, scene: Scene) -> CaseRun:
     approach = {}
     if theory.elliptic is None:
         normal = {name: value for name, value in case.methods.items() if name == "normal"}
-        solved, _ = _solved_within(replace(scene, motion=None, friction=None), normal)
+        solved, _ = _solved_within(scene.without_friction, normal)
         scene = replace(scene, grid=solved.scene.grid, surface=solved.scene.surface)
         pressure = solved.pressure
         normal_force = solved.normal_force
@@ -199,9 +199,7 @@ def _normal_force(scene: Scene, methods: dict[str, Any]) -> float:
     approach = scene.approach
     if isinstance(scene.motion, Transient):
         approach = scene.motion.of("approach", 0)
-    bare = replace(
-        scene, motion=None, friction=None, third_body=None, thermal=None, approach=approach
-    )
+    bare = replace(scene.without_layer, motion=None, friction=None, thermal=None, approach=approach)
     normal = {name: value for name, value in methods.items() if name == "normal"}
     return _solved(bare, normal).normal_force
 

@@ -84,7 +84,7 @@ def converge(
     progress : callable or true, optional
         Called with what is solved next.
     executor, workers
-        As for `sweep`. Solves are then finished in any order, and their seconds
+        As in `sweep`. Solves are then finished in any order, and their seconds
         are of shared processors.
 
     Returns

@@ -158,7 +158,7 @@ def fit_creep_curve(
         Measured tangential forces on body 1 at these [force], at least one of
         them; NaN is left out.
     method : str
-        As `creep_curve` has it: "auto" for the exact theory, or a fast one.
+        As in `creep_curve`: "auto" for the exact theory, or a fast one.
     sigma : float, optional
         Standard error of a measured force [force]; by default that of the
         residuals.

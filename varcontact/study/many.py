@@ -65,7 +65,7 @@ def solve_many(
     Parameters
     ----------
     scenes : iterable of Scene
-        Of any kind, mixed as they come; or histories with as many steps each,
+        Scenes of any kind, in any order; or histories of equally many steps,
         which march side by side.
     tol : float
         Required natural-map residual, relative to the largest traction, and
@@ -115,9 +115,9 @@ def solve_many(
         lengths, for fields or derivatives of scenes without grids or of
         histories, inputs that a scene has not, or another `start`.
     SceneError, Saturated
-        As `solve`, before any work, with ``failures="raise"``.
+        As in `solve`, before any work, with ``failures="raise"``.
     NotConverged, TooLarge, SolverUnavailable
-        As `solve`, with ``failures="raise"``.
+        As in `solve`, with ``failures="raise"``.
 
     Notes
     -----

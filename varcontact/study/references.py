@@ -53,7 +53,7 @@ class ContinuumValues:
     how : str
         Where the values are from.
     steps : tuple of int
-        Of a history: the steps that count.
+        Steps of a history that count.
     """
 
     scene: Scene
@@ -90,7 +90,7 @@ def continuum_values(
         repository; or a scene of one's own, without a grid, which is solved to
         an accuracy, and is called "scene".
     accuracy : float
-        Of the solve of a scene of one's own: its estimated errors are the bars.
+        Accuracy to which a scene of the user is solved: its estimated errors are the bars.
 
     Returns
     -------

@@ -85,7 +85,7 @@ def scan(
         Called with the name of each stage, or, for other processes, with the
         number of creepages done.
     accuracy, time_budget : float, optional
-        As for `solve`, of each solution; of a scene without a grid 1 %. Each
+        As in `solve`, for each solution; 1 % for a scene without a grid. Each
         then has a grid of its own, and nothing is shared between them.
 
     Returns
@@ -95,7 +95,7 @@ def scan(
     Raises
     ------
     SceneError, SolverUnavailable, Saturated, NotConverged, TooLarge
-        As `solve`; the first failure ends the scan.
+        As in `solve`; the first failure ends the scan.
     WorkersLost
         If the executor ends early.
 
@@ -389,9 +389,8 @@ def _scan_options(
 def _has_formula(scene: Scene, name: Any) -> bool:
     """True for a theory whose formula applies to the scene."""
     single = isinstance(scene.friction, float) and 0 < scene.friction < np.inf
-    layer = scene.third_body
-    if layer is not None and not layer.yields and name.startswith("fastsim"):
-        scene = replace(scene, third_body=None)  # its compliance is in the formula
+    if not scene.flows and name.startswith("fastsim"):
+        scene = scene.without_layer  # its compliance is in the formula
     return name in VECTORISED and (single or name == "linear") and why_not(name, scene) == ""
 
 
@@ -406,8 +405,8 @@ def _by_formula(
         "bodies": scene.bodies,
         "normal_force": hertz.force,
     }
-    if scene.third_body is not None:
-        contact["layer"] = scene.third_body.compliance
+    if not scene.bare:
+        contact["layer"] = scene.layer_compliance
     contact |= zip(ROLLING, triples.T, strict=True)
     friction = scene.friction if isinstance(scene.friction, float) else 1.0  # not used by "linear"
     forces = creep_forces(name, friction=friction, **contact | dict(options))

@@ -137,13 +137,13 @@ def sweep(
     Parameters
     ----------
     scenes : Scene, sequence of Scene, or mapping of str to Scene
-        Of one problem each: no histories.
+        Scenes of one problem each: no histories.
     over : mapping, optional
         Values by name of an entry, as in a scene file:
         ``{"motion.vx": [0.0, 1e-3], "friction": [0.2, 0.3]}``. Each scene is
         solved for all combinations.
     normal, tangential, coupling, formulation, method, methods, tol, polish, certify
-        As for `solve`, the same for all scenes; bounds on the forces only with
+        As in `solve`, the same for all scenes; bounds on the forces only with
         `certify` = "full".
     chunk : int
         Number of scenes that one worker solves one after the other, each with
@@ -162,7 +162,7 @@ def sweep(
         Called with a `Standing` after every chunk, which as a string says how
         many scenes are done and the time left.
     accuracy, time_budget : float, optional
-        As for `solve`, of each scene. Scenes without a grid are solved to 1 %
+        As in `solve`, for each scene. Scenes without a grid are solved to 1 %
         if neither is given.
 
     Returns
@@ -278,7 +278,7 @@ def read_sweep(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As `sweep` gives it; `outcome` is empty where nothing is finished.
+        Dataset as returned by `sweep`; `outcome` is empty where nothing is finished.
 
     Raises
     ------

@@ -118,7 +118,7 @@ def tradeoff(
     progress : callable or true, optional
         Called with the scene.
     executor, workers
-        As for `sweep`. Scenes are then finished in any order, and their seconds
+        As in `sweep`. Scenes are then finished in any order, and their seconds
         are of shared processors.
 
     Returns

@@ -60,7 +60,7 @@ def table_forces(
         Combined Poisson's ratio of the bodies, to be held against that of the
         book.
     book : TableBook, optional
-        That of the package (nu = 0.28), if none is given.
+        Table book; by default that of the package (nu = 0.28).
     outside : {"refuse", "clamp"}
         What becomes of an a/b outside the book: an error, or the forces at the
         nearest a/b it has.

@@ -103,7 +103,7 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
     track : Track
     wheelset : WheelSet
     amplitude : float or array_like
-        Of the lateral motion; 3 mm is the usual one [mm].
+        Amplitude of the lateral motion [mm]; usually 3 mm.
 
     Returns
     -------

@@ -128,7 +128,7 @@ def worn_profile(
     kind : {"rail", "wheel"}
         Which body wears.
     passages : float
-        Of each wheel over the rail; of a wheel, its revolutions.
+        Passages of each wheel over the rail; of a wheel, its revolutions.
     smoothing : float
         Length over which the depth is averaged along the profile, as wheels
         pass beside each other [mm]; 0: none.
@@ -214,13 +214,13 @@ def wear_down(
     archard, kind, smoothing
         See `worn_profile`.
     passages : float
-        Of each case, in all.
+        Passages of each case, in total.
     steps : int
         In which these are divided.
     progress : callable or true, optional
         Called with the progress.
     **methods
-        Of `solve`.
+        Arguments of `solve`.
 
     Returns
     -------

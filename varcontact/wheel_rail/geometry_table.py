@@ -52,7 +52,7 @@ class WheelSetForces:
     moment : ndarray, shape (3,)
         About the middle of the axle, along x, y, z of the track [N mm].
     patches : ndarray, shape (n, 8)
-        Of the contacts, from the left wheel's to the right's: x, y, z [mm],
+        Contacts, from the left wheel's to the right's: x, y, z [mm],
         angle [rad], a, b [mm], normal force [N], approach [mm].
     creepages : ndarray, shape (n, 3)
         vx, vy [-] and spin [1/mm] of each.
@@ -206,9 +206,9 @@ class GeometryTable(Labelled):
             [mm] and [rad]
         velocity : Velocity
         theory : str
-            Of `varcontact.creep_forces`, with a moment.
+            Theory of `varcontact.creep_forces` that has a moment.
         **options
-            Of the theory: ``outside="clamp"`` of "table", as for
+            Options of the theory: ``outside="clamp"`` of "table", as in
             `WheelOnRail.estimate`.
 
         Raises
@@ -288,7 +288,7 @@ def geometry_table(
     y, yaw : array_like
         Nodes, two or more, ascending and symmetric about 0 [mm] and [rad].
     vertical_force : float
-        Of the normal forces on each wheel [N]: creep forces, which depend on
+        Vertical part of the normal forces on each wheel [N]: creep forces, which depend on
         the velocity, come on top of it.
     friction : float
     bodies : Bodies

@@ -69,7 +69,7 @@ def wheel_on_rail_history(
         Distance rolled in each step [mm], one element if not given. 0 is a shift in place, by what
         the wheel moves over the rail in a second at its velocities.
     start : WheelRailSolution, optional
-        What the first step goes on from: steady rolling, or a step of another history. Not given:
+        Solution that the first step continues: steady rolling, or a step of a history; by default
         bodies without tractions.
     tol : float
         See `WheelOnRail.solve`.

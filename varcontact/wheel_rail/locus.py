@@ -51,22 +51,22 @@ class Locus:
     points : ndarray, shape (n, 3)
         In track coordinates [mm].
     radii : ndarray, shape (n,)
-        Of the circles [mm].
+        Radii of the circles [mm].
     curvature_radii : ndarray, shape (n,)
-        Of the wheel relative to the rail, along x [mm]: of a straight rail, those
+        Radii of the wheel relative to the rail, along x [mm]: of a straight rail, those
         of the circles.
     gap : ndarray, shape (n,)
         Height above the rail [mm]; infinite beside it.
     angles : ndarray, shape (n,)
         Inclination of the rail below [rad].
     height : float
-        Of the middle of the axle in track coordinates, where its height z is 0
+        Height of the middle of the axle in track coordinates, where its own z is 0
         [mm].
     planes, gaps : ndarray, shapes (m,) and (n, m)
-        Of surfaces that vary: x of planes across the track [mm], and heights of
+        Surfaces that vary: x of planes across the track [mm], and heights of
         the circles above the rail there.
     slopes : ndarray, shape (n,)
-        Of the rail below, along x: of one that varies [-].
+        Slopes of the rail below, along x: of one that varies [-].
     """
 
     s: np.ndarray

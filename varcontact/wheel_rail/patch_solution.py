@@ -26,7 +26,7 @@ class PatchSolution:
     ----------
     patch : ContactPatch
     solution : Solution
-        Of the patch's scene, in mm and N.
+        Solution of the patch's scene, in mm and N.
     normal_error : float or None
         Estimated relative error of the normal force; None where it was not
         estimated.
@@ -82,7 +82,7 @@ class PatchSolution:
 
     @property
     def approach(self) -> float:
-        """How deep the undeformed wheel is in the rail [mm]."""
+        """Depth of the undeformed wheel in the rail [mm]."""
         return self.patch.approach
 
     @property

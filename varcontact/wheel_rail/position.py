@@ -40,7 +40,7 @@ class Position(
     Parameters
     ----------
     y : float
-        Of the middle of its axle, to the right [mm].
+        Lateral position of the middle of its axle, to the right [mm].
     roll, yaw : float
         About x (right wheel down) and z (turned to the right) [rad]: yawed
         first, then rolled about the track's x.
@@ -87,7 +87,7 @@ class Velocity(
         About the axle [rad/s], negative in rolling forward, 0 of a locked
         wheel; -speed by the nominal radius if not given.
     lateral, vertical : float
-        Of the middle of the axle [mm/s].
+        Velocities of the middle of the axle [mm/s].
     roll_rate, yaw_rate : float
         [rad/s]
 
@@ -141,7 +141,7 @@ class Velocity(
             Whether it turns about its axle; without, it moves as the contacts
             do.
         curve_radius : float
-            Of the track, with which the wheel set turns as it goes along [mm].
+            Curve radius of the track, with which the wheel set turns as it rolls [mm].
         """
         pitch = self.pitch_rate
         if pitch is None:

@@ -53,7 +53,7 @@ class RailWear:
     at_45 : float
         W3, along the normal of the nominal gauge corner at 45 degrees [mm].
     area : float
-        Of the head above those 14 mm [mm^2].
+        Area of the head above those 14 mm [mm^2].
     """
 
     vertical: float
@@ -69,7 +69,7 @@ class FlangeClearance:
     Attributes
     ----------
     gauge : float
-        Of the track [mm].
+        Track gauge [mm].
     over_flanges : float
         Distance of the flanges' faces, 10 mm above the running circles [mm].
     clearance : float

@@ -39,7 +39,7 @@ class InReport:
     words : str
         With ``{}`` for the value and its error bar.
     form : str
-        Of a value without an error bar.
+        Format of a value without an error bar.
     factor : float
         From the unit of the table to that of the words.
     """
@@ -84,7 +84,7 @@ class Quantity:
     Attributes
     ----------
     name : str
-        Of its column.
+        Name of its column.
     patch : callable, optional
         Its value by a `PatchSolution`, or by the `FastPatch` of an estimate.
     exact : callable, optional
@@ -92,7 +92,7 @@ class Quantity:
         exact solution. If it is of an axle, by the solution; of a wheel, by the
         solution of the wheel set and the side.
     of : {"patch", "wheel", "axle"}
-        What it is a quantity of: of an axle it is the same in all rows.
+        Owner of the quantity: that of an axle is the same in all rows.
     unit : str
         Empty if it has none.
     of_sets : bool

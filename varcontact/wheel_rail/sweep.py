@@ -73,7 +73,7 @@ def sweep_wheel_sets(
     progress : callable or true, optional
         Called with the progress.
     **methods
-        Of `WheelSetOnTrack.solve`, or of `estimate`.
+        Arguments of `WheelSetOnTrack.solve`, or of `estimate`.
 
     Returns
     -------

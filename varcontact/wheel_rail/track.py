@@ -95,15 +95,15 @@ class Track(
         the profile has in itself [rad]. The rail of the Manchester benchmark's
         file is inclined by 1:40 already; that of `Profile.rail_60e1` is not.
     curve_radius : float
-        Of the middle of the track [mm]: positive in a curve to the right,
+        Curve radius of the middle of the track [mm]: positive in a curve to the right,
         infinite on straight track.
     left, right : Irregularity
-        Of each rail.
+        Irregularity of each rail.
     left_rail, right_rail : Profile, ProfileSlices, or tuple of these, optional
-        That of one side, where it is another one, as in a switch; gauge and
+        Rail of one side where it differs, as in a switch; gauge and
         rail top are those of its own first slice.
     roller_radius : float, optional
-        Of rollers in place of the rails: from their axle, which is across the
+        Radius of rollers in place of the rails: from their axle, which is across the
         track, to their top [mm].
     roller_rate : float
         About their axle [rad/s]: positive where their tops move backwards, as

@@ -96,9 +96,9 @@ class FastPatch:
     angle : float
         Contact angle [rad].
     creepage : Creepages
-        Of the rail over the wheel.
+        Creepages of the rail over the wheel.
     approach : float
-        How deep the undeformed wheel is in the rail [mm].
+        Depth of the undeformed wheel in the rail [mm].
     ellipse : Ellipse
     force : ndarray, shape (3,)
         (Fx, Fs, FN) on the rail in the contact frame [N].
@@ -107,7 +107,7 @@ class FastPatch:
     on_rail, on_wheel : ndarray, shape (2,)
         (y, z) of the origin in the coordinates of the profiles [mm].
     rolling_radius : float
-        Of the wheel at the origin, undeformed [mm].
+        Rolling radius of the undeformed wheel at the origin [mm].
     """
 
     frame: Frame

@@ -36,7 +36,7 @@ class PatchWear:
     t_gamma_without_spin : float
         ``-(Fx vx + Fs vy)`` [N], as in vehicle codes that know no moment.
     area : float
-        Of the contact [mm^2].
+        Contact area [mm^2].
     t_gamma_by_area : float
         T-gamma per area of contact [N/mm^2]; Lewis and Olofsson (2004, Wear 257)
         classify regimes of wear by it.

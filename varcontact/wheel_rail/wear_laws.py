@@ -139,7 +139,7 @@ def british_rail_wear(t_gamma: Any, diameter: float, pieces: Pieces = BRITISH_RA
     t_gamma : float or array_like
         [N]
     diameter : float
-        Of the wheel [mm].
+        Wheel diameter [mm].
     pieces : sequence of (start, slope, constant)
         Other numbers, see `BRITISH_RAIL`.
 

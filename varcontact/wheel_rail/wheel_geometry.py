@@ -72,12 +72,12 @@ class ContactPatch:
     on_rail, on_wheel : ndarray, shape (2,)
         (y, z) of the origin in the coordinates of the profiles [mm].
     rolling_radius : float
-        Of the wheel at the origin, undeformed [mm].
+        Rolling radius of the undeformed wheel at the origin [mm].
     creepage : Creepages
-        Of the rail over the wheel, in the frame, divided by the rolling velocity:
+        Creepages of the rail over the wheel, in the frame, divided by the rolling velocity:
         CONTACT's CKSI, CETA and CPHI.
     approach : float
-        How deep the undeformed wheel is in the rail [mm].
+        Depth of the undeformed wheel in the rail [mm].
     scene : Scene
         The patch as a scene: undeformed distance on the potential contact,
         approach, friction and creepages. Lengths are in mm and forces in N;

@@ -108,7 +108,7 @@ class WheelOnRail(WheelGeometry):
         Parameters
         ----------
         tol : float
-            How near the vertical force comes to the one that is given,
+            Largest difference of the vertical force from the one that is given,
             relative.
         certify : str, optional
             See `varcontact.solve`: residuals alone if not given.
@@ -152,10 +152,10 @@ class WheelOnRail(WheelGeometry):
         tangential : str
             A theory of `varcontact.creep_forces`.
         tol : float
-            How near the vertical force comes to the one that is given,
+            Largest difference of the vertical force from the one that is given,
             relative.
         **options
-            Of the theory, see `varcontact.creep_forces`. Patches at the flange
+            Options of the theory, see `varcontact.creep_forces`. Patches at the flange
             are longer than the ellipses of "table": ``outside="clamp"`` takes
             the nearest it has.
 

@@ -25,7 +25,7 @@ class WheelSetOnTrack(LoadedWheelSet):
     track : Track
     wheelset : WheelSet
     position, velocity : Position, Velocity, optional
-        Those of the middle of the axle; where y is free, the search begins
+        Position and velocity of the middle of the axle; where y is free, the search begins
         there.
     vertical_force, z : float
         Exactly one of the two: the load of the axle [N], or its height,
@@ -43,7 +43,7 @@ class WheelSetOnTrack(LoadedWheelSet):
         right, and about the axle [N mm]. As the pitch rate, the torque is
         negative where it drives the wheels forwards.
     friction : float, law, FrictionByAngle, or pair of them
-        Of both rails, or of the left and the right one.
+        Friction on both rails, or on the left and the right one.
     bodies, dx, dy, join, separate, turn, conformal
         See `WheelOnRail`.
 

@@ -57,7 +57,7 @@ class WheelSetSolution(Reported, WheelForces):
     imbalance : float
         Largest one of the loads, see `WheelSetOnTrack.solve`.
     solved : int
-        How often both wheels were solved exactly.
+        Number of exact solves of both wheels.
     errors : dict
         Estimated error of each free quantity, by its name: NaN where it was not
         estimated.
