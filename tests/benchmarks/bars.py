@@ -15,7 +15,7 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.table import RESULTS, Table
-from varcontact.solving.options import BY_DEFAULT
+from varcontact.solving.options import DEFAULT_ACCURACY
 from varcontact.wheel_rail import (
     Position,
     Profile,
@@ -31,7 +31,7 @@ from varcontact.wheel_rail import (
 CASES = RESULTS / "bars_cases.json"
 FINER = 2.5
 """Elements across on the grids that judge, by those that are judged."""
-ACCURACY = BY_DEFAULT / FINER**1.5
+ACCURACY = DEFAULT_ACCURACY / FINER**1.5
 """The accuracy that has them: errors fall by the power 1.5 of the elements."""
 QUICK = 6
 """With --quick so many cases are judged."""

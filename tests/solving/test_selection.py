@@ -7,7 +7,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.solvers.registry import matrix_free
-from varcontact.solving.selection import MANY
+from varcontact.solving.selection import NEWTON_ABOVE
 
 MANY_CELLS = vc.Grid(nx=40, ny=40)
 UNLIKE, BALL = vc.Bodies(G=(1.0, 3.0), nu=0.3), vc.Paraboloids(1.0, 1.0)
@@ -27,7 +27,7 @@ SAMPLES = vc.SampledDistance(TWO_ARCS[:, None] + PLACES**2 / 2, x=PLACES, y=PLAC
         {
             "surface": vc.Cylinders(R=1.0),
             "motion": vc.Steady(vx=0.01),
-            "grid": vc.Grid(nx=2 * MANY + 1),
+            "grid": vc.Grid(nx=2 * NEWTON_ABOVE + 1),
         },
     ],
 )

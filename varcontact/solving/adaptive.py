@@ -47,7 +47,7 @@ from varcontact.solving.grid_sequence import (
 )
 from varcontact.solving.history import bytes_of_steps, solve_transient
 from varcontact.solving.on_grid import solve_on_grid
-from varcontact.solving.options import BY_DEFAULT, SolveOptions, Target
+from varcontact.solving.options import DEFAULT_ACCURACY, SolveOptions, Target
 from varcontact.solving.pipeline import peak
 from varcontact.system import process
 from varcontact.system.process import one_blas_thread
@@ -67,7 +67,7 @@ STALLED = 0.9
 """Part of an estimate that both estimates after it exceed where the error does not fall with the
 grid."""
 DOES_NOT_FALL = "it does not fall with the grid"
-MOST_BY_DEFAULT = 40_000
+DEFAULT_ELEMENTS_MAX = 40_000
 """Elements, where no accuracy is given: an answer that needs more has a larger error bar."""
 SHOWN = 25
 """Elements across a contact in closed form: an odd number has one at the largest pressure."""
@@ -121,7 +121,7 @@ class GridLevel:
         """Patches with few elements across that carry more of the load than the `accuracy`, or a
         peak that counts.
         """
-        share_min = accuracy or BY_DEFAULT
+        share_min = accuracy or DEFAULT_ACCURACY
         narrow = (patch for patch in self.patches if patch.across < NARROWEST)
         return [
             patch
@@ -432,7 +432,9 @@ def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
     """
     assert options.target is not None
     elements, size = _size(scene, options, n)
-    return not (options.target.by_default and elements > MOST_BY_DEFAULT) and process.fits(2 * size)
+    return not (options.target.by_default and elements > DEFAULT_ELEMENTS_MAX) and process.fits(
+        2 * size
+    )
 
 
 def _size(scene: Scene, options: SolveOptions, n: float) -> tuple[int, float]:

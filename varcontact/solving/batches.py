@@ -32,7 +32,7 @@ from varcontact.solving.grid_sequence import (
     coarsest,
     gridded,
 )
-from varcontact.solving.options import BY_DEFAULT
+from varcontact.solving.options import DEFAULT_ACCURACY
 from varcontact.system.process import one_blas_thread
 
 VALUES = ("Fx", "Fy", "Mz", "vx", "vy")
@@ -65,7 +65,9 @@ def solve_batches(
         free = [k for k in numbers if scenes[k].line == line and leaves_grid(scenes[k])]
         if not free:
             continue
-        of_free, free_solved = _to_accuracy([scenes[k] for k in free], accuracy or BY_DEFAULT, tol)
+        of_free, free_solved = _to_accuracy(
+            [scenes[k] for k in free], accuracy or DEFAULT_ACCURACY, tol
+        )
         for name, values in of_free.items():
             figures.setdefault(name, np.full(len(scenes), math.nan))[free] = values
         solved[free] = free_solved

@@ -40,7 +40,7 @@ LOOSE = 1e-4
 """Residual of an answer that another one is extrapolated with: it changes forces by parts of a
 million at most."""
 
-BY_DEFAULT = 0.01
+DEFAULT_ACCURACY = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
 
 CertifyName = Literal["auto", "full", "gap", "none"]
@@ -266,8 +266,8 @@ def polished_by(plan: Plan, polish: bool | None) -> bool:
 
 
 def _target(scene: Scene, plan: Plan, arguments: Arguments) -> Target | None:
-    """The target of a solution; None where the scene or the method leaves no choice of a grid, and
-    none was given.
+    """The target that `adaptive.solve` chooses the grid for; None where the scene is solved on its
+    own grid, or on the usual one (`scene.grid.usual_grid`).
     """
     accuracy = arguments.accuracy
     time_budget = arguments.time_budget
@@ -300,7 +300,7 @@ def _default_target(scene: Scene, plan: Plan, arguments: Arguments) -> Target | 
             return None
     if next(_refusals(scene, plan, "accuracy", arguments), None) is not None:
         return None
-    return Target(BY_DEFAULT, by_default=True)
+    return Target(DEFAULT_ACCURACY, by_default=True)
 
 
 def _refusals(scene: Scene, plan: Plan, field: str, arguments: Arguments) -> Iterator[SceneError]:

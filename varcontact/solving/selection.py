@@ -57,14 +57,14 @@ PRESETS: dict[str, Preset] = {
 CONIC = {"normal": ("clarabel", "osqp"), "tangential": ("clarabel",)}
 """Solvers of the method "conic": of the QP and of the second-order-cone program."""
 
-MANY = 180
-"""Elements in contact beyond which "auto" takes Newton's method without a matrix for the tractions
-(docs/speed.md)."""
-MANY_PRESSURES = 400
-"""The same for the pressure."""
-MANY_IN_STEPS = 250
-"""The same for the tractions of a history, whose steps begin from the step before."""
-MANY_UNLIKE = 100
+NEWTON_ABOVE = 180
+"""Elements in contact above which "auto" solves the tangential problem by Newton's method without a
+matrix, below by TANG (docs/speed.md)."""
+NEWTON_ABOVE_NORMAL = 400
+"""The same for the normal problem, below by NORM."""
+NEWTON_ABOVE_IN_STEPS = 250
+"""The same for the tangential problem of a history, whose steps begin from the step before."""
+NEWTON_ABOVE_UNLIKE = 100
 """The same for unlike bodies, whose pressure and tractions Newton's method finds together."""
 SHORT_STEP = 0.05
 """Step of steady rolling, in element lengths, below which Newton's method takes longer than active
@@ -218,8 +218,8 @@ def _preset(scene: Scene, requested: Methods) -> Preset:
 
 
 def _preset_by_size(scene: Scene, requested: Methods) -> Preset:
-    """Newton's method where its products beat dense matrices, in one problem or in many in a
-    row.
+    """Newton's method for many elements, where its products are faster than the dense matrices of
+    active sets.
     """
     motion = scene.motion
     elements, dx = elements_in_contact(scene)
@@ -232,13 +232,13 @@ def _preset_by_size(scene: Scene, requested: Methods) -> Preset:
     if scene.coupled and not scene.frictionless:
         solvers = {requested.normal, requested.tangential}
         together = requested.coupling == "auto" and solvers <= {"auto", "newton"}
-        many = MANY_UNLIKE if together else MANY
-        return NEWTON if count > many else PRESETS["auto"]
+        limit = NEWTON_ABOVE_UNLIKE if together else NEWTON_ABOVE
+        return NEWTON if count > limit else PRESETS["auto"]
     # like bodies
-    if elements > MANY_PRESSURES:
+    if elements > NEWTON_ABOVE_NORMAL:
         return NEWTON
-    many = MANY_IN_STEPS if isinstance(motion, Transient) else MANY
-    if count > many and not scene.frictionless:
+    limit = NEWTON_ABOVE_IN_STEPS if isinstance(motion, Transient) else NEWTON_ABOVE
+    if count > limit and not scene.frictionless:
         return NEWTON_TRACTIONS
     return PRESETS["auto"]
 
@@ -274,7 +274,7 @@ def _normal(scene: Scene, requested: Methods, preset: Preset) -> tuple[str, str]
         return "hertz", closed_form
     if scene.edge != "centres" and requested.method == "auto":  # on parts of the elements
         unknowns = elements_in_contact(scene)[0] * math.prod(cells_of(scene.edge, scene.line))
-        if unknowns > MANY_PRESSURES:
+        if unknowns > NEWTON_ABOVE_NORMAL:
             preset = NEWTON
     return preset.normal, f"{_how('normal', preset.normal)}; Hertz's pressure {why}"
 

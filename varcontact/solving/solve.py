@@ -234,12 +234,13 @@ def solve(
     >>> sol.certificate.relative_gap < 1e-12
     True
     """
-    free = scene
+    # amplitudes are found about the contact in free rolling
+    solved = scene
     swings = isinstance(scene, Scene) and isinstance(scene.motion, Harmonic)
     if swings:
-        free = replace(scene, motion=scene.motion.free_rolling)
+        solved = replace(scene, motion=scene.motion.free_rolling)
     options = SolveOptions.checked(
-        free,
+        solved,
         normal=normal,
         tangential=tangential,
         coupling=coupling,
@@ -259,17 +260,18 @@ def solve(
     )
     for doubt in scene.doubts:
         warnings.warn(doubt, PlausibilityWarning, stacklevel=4)
+    # on grids that are chosen, in steps, or on the scene's own grid
     answer: Solution | History
     if options.target is not None:
         from varcontact.solving import adaptive
 
-        answer = adaptive.solve(free, options)
-    elif isinstance(free.motion, Transient):
+        answer = adaptive.solve(solved, options)
+    elif isinstance(solved.motion, Transient):
         from varcontact.solving.history import solve_transient
 
-        answer = solve_transient(free, options)
+        answer = solve_transient(solved, options)
     else:
-        answer = solve_on_grid(free, options)
+        answer = solve_on_grid(solved, options)
     if isinstance(answer, Solution):
         answer = replace(answer, warnings=(*scene.doubts, *answer.warnings))
     if swings:

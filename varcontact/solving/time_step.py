@@ -282,10 +282,10 @@ class TimeStepping:
         force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
         fields = fields / disc.scales.pressure
         displacement = disc.operators.at_once.carrying(distance).apply(fields)
-        carried = PreviousStep(displacement, force, fields)
+        previous = PreviousStep(displacement, force, fields)
         if before.memory is not None:
-            carried = self._with_memory(carried, motion, before)
-        return scene, step.with_loading(previous_step=carried)
+            previous = self._with_memory(previous, motion, before)
+        return scene, step.with_loading(previous_step=previous)
 
     def _beside(self, scene: Scene) -> LoadsBeside | None:
         """Loads beside the contact in the scene of a step."""
@@ -310,7 +310,7 @@ class TimeStepping:
         return replace(self.scene, motion=alone).step(0, grid)
 
     def _with_memory(
-        self, carried: PreviousStep, motion: TimeStep, before: Solution
+        self, previous: PreviousStep, motion: TimeStep, before: Solution
     ) -> PreviousStep:
         """The step before, with the displacements of viscoelastic bodies by tractions of the
         past.
@@ -325,9 +325,9 @@ class TimeStepping:
         inside = slice(0, 1) if disc.grid.line else slice(1, -1), slice(ahead, ahead + nx)
         around = 2, slice(None), slice(ahead - 1, ahead + nx + 1)
         left = operators.at_once.every.apply(self._wide(before)[:, *inside] / pressure)[:2]
-        displacement = carried.displacement
+        displacement = previous.displacement
         distance = np.zeros(1)
-        force = carried.force
+        force = previous.force
         stiffness = 1.0
         kept = self._kept(motion, before)
         for each, gone, stays in zip(self.lagging, before.memory - kept, kept, strict=True):
@@ -341,7 +341,7 @@ class TimeStepping:
             stiffness = stiffness + each.factor * new
             force = force + fields[0, :2].sum(axis=(1, 2)) * disc.lattice.area
         return replace(
-            carried,
+            previous,
             displacement=displacement,
             force=force / stiffness,
             left=left,

@@ -37,7 +37,7 @@ from varcontact.solving import adaptive
 from varcontact.solving.batches import solve_batches
 from varcontact.solving.methods import AUTO, CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.options import (
-    BY_DEFAULT,
+    DEFAULT_ACCURACY,
     TOLERANCE,
     CertifyName,
     SolveOptions,
@@ -331,7 +331,7 @@ def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any
         goals = {name: settings.pop(name) for name in ("accuracy", "time_budget")}
         without_grid = any(scene.grid == "auto" for scene in scenes)
         if checked.plan.theory is None and without_grid and not any(goals.values()):
-            goals["accuracy"] = BY_DEFAULT
+            goals["accuracy"] = DEFAULT_ACCURACY
         return settings | {name: value for name, value in goals.items() if value is not None}
     raise errors[0]
 

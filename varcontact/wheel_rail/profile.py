@@ -448,8 +448,8 @@ class Profile(checks.Checked):
         ----------
         distance : float, optional
             Largest distance of a point that is kept [mm]. By default six robust
-            standard deviations of all points, and at least 0.02 mm, or 0.01/mm times the square of the
-            width of five intervals.
+            standard deviations of all points, and at least 0.02 mm, or 0.01/mm
+            times the square of the width of five intervals.
 
         Notes
         -----

@@ -15,7 +15,7 @@ from varcontact.discrete.operators import Operators
 from varcontact.errors import NotConverged, PlausibilityWarning, SceneError, VarcontactError
 from varcontact.scene.plausibility import warn as warn_plausibility
 from varcontact.solving.on_grid import ContactOnGrid
-from varcontact.solving.options import BY_DEFAULT, CertifyName, Target
+from varcontact.solving.options import DEFAULT_ACCURACY, CertifyName, Target
 from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
@@ -232,7 +232,7 @@ def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:
     has_friction = not isinstance(case.friction, float) or 0 < case.friction < np.inf
     free = case.dx is None and case.dy is None and methods.get("start") is None
     if exact and has_friction and free:
-        return Target(BY_DEFAULT, by_default=True)
+        return Target(DEFAULT_ACCURACY, by_default=True)
     return None
 
 

@@ -50,7 +50,7 @@ def test_forces_of_a_small_patch():
 
 def test_where_no_grid_fits_the_error_bar_knows(monkeypatch):
     """With few elements to be had, the error of a peak that they miss is stated."""
-    monkeypatch.setattr(adaptive, "MOST_BY_DEFAULT", 1000)
+    monkeypatch.setattr(adaptive, "DEFAULT_ELEMENTS_MAX", 1000)
     scene = normal(0.02, 3e-3)
     estimate = vc.solve(scene).error_estimate
     fine = vc.solve(replace(scene, grid=vc.Grid(180, 120)), certify="none")
