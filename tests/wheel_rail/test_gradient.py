@@ -64,6 +64,20 @@ def test_by_the_points_of_a_profile():
     assert by_bump == pytest.approx(expected, rel=0.12)
 
 
+def test_errors_and_units():
+    """The error is that of the elements: finer ones differ by less."""
+    tangential = OUTPUTS[1:]
+    inputs = ("y", "vertical_force")
+    found = wheel().gradient(tangential, inputs, error=True)
+    fine = wheel(side=0.5).gradient(tangential, inputs)
+    for name in inputs:
+        error = found[f"{name}_error"]
+        assert (error > 0).all()
+        assert (abs(found[name] - fine[name]) < error + 0.01 * abs(found[name])).all()
+    assert found.y.units == "(N)/(mm); (N)/(mm)"
+    assert found.vertical_force_error.units == "(N)/(N); (N)/(N)"
+
+
 def test_under_a_given_height_forces_follow_it():
     """The vertical force by the height is the stiffness that the load's derivatives have."""
     loaded = wheel()

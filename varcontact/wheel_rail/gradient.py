@@ -9,22 +9,24 @@ force V of all patches.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.gradients.adjoint import LinearisedSolution
 from varcontact.gradients.following import Following
 from varcontact.gradients.gradient import check_differentiable, check_output
-from varcontact.gradients.inputs import number_of
+from varcontact.gradients.inputs import derivative_unit, number_of, quantity_of
 from varcontact.gradients.outputs import Output, Weighted, output_of
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.units import MM_N
 from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.profile import Profile
@@ -48,30 +50,81 @@ BESIDE = 6
 ANGLES = "roll", "yaw", "pitch"
 POSITIONS = "y", *ANGLES
 PROFILES = "rail", "wheel"
+OF_LENGTH = (
+    *("y", "z", *PROFILES, "gauge", "gauge_height", "radius"),
+    *("inside_distance", "flange_back", "curve_radius"),
+)
+"""Entries of a case, and points of profiles, that are lengths."""
 
 CaseOf = Callable[[float], WheelGeometry]
 
 
 @one_blas_thread()
-def gradient(solution: WheelRailSolution, output: Any, by: Any) -> xr.Dataset:
+def gradient(solution: WheelRailSolution, output: Any, by: Any, error: bool = False) -> xr.Dataset:
     """See `WheelRailSolution.gradient`."""
     import xarray as xr
 
+    checks.flag("error", error)
     case = solution.case
     if case.curved or not (case.track.constant and case.wheelset.constant):
         allowed = "planes, and profiles that do not vary: others have no gradient"
         raise case.not_in_planes(allowed)
     outputs = dict(output_of(each) for each in _listed(output))
-    wheel = _DifferentiableWheel.of(solution, list(outputs.values()))
-    variables: dict[str, Any] = {"value": (("output", "patch"), wheel.values)}
-    for name in _listed(by):
-        if name == "vertical_force":
-            variables[name] = (("output", "patch"), wheel.by_load())
-        elif name in PROFILES:
-            variables[name] = (("output", "patch", f"{name}_point"), wheel.by_profile(name))
-        else:
-            variables[name] = (("output", "patch"), wheel.by_number(name))
+    inputs = _listed(by)
+    derivatives = _derivatives(solution, list(outputs.values()), inputs)
+    coarse: dict[str, np.ndarray] = {}
+    if error:
+        coarse = _derivatives(_on_half_the_elements(solution), list(outputs.values()), inputs)
+    own = [MM_N.of(each.unit) for each in outputs.values()]
+    variables: dict[str, Any] = {}
+    for name, found in derivatives.items():
+        dims = ("output", "patch", f"{name}_point")[: found.ndim]
+        below = "1"
+        if name != "value":
+            below = _unit_of(name)
+        attributes = {"units": "; ".join(derivative_unit(each, below) for each in own)}
+        variables[name] = dims, found, attributes
+        if error:
+            variables[f"{name}_error"] = dims, np.abs(found - coarse[name]), attributes
     return xr.Dataset(variables, {"output": list(outputs)})
+
+
+def _derivatives(
+    solution: WheelRailSolution, outputs: list[Output], inputs: Sequence[str]
+) -> dict[str, np.ndarray]:
+    """Values of the outputs (outputs, patches), and their derivatives by input."""
+    wheel = _DifferentiableWheel.of(solution, outputs)
+    derivatives = {"value": wheel.values}
+    for name in inputs:
+        if name == "vertical_force":
+            derivatives[name] = wheel.by_load()
+        elif name in PROFILES:
+            derivatives[name] = wheel.by_profile(name)
+        else:
+            derivatives[name] = wheel.by_number(name)
+    return derivatives
+
+
+def _on_half_the_elements(solution: WheelRailSolution) -> WheelRailSolution:
+    """The wheel solved on elements twice as large."""
+    dx, dy = solution.patches[0].solution.grid.sides
+    coarse = replace(solution.case, dx=2 * dx, dy=2 * dy).solve()
+    if len(coarse.patches) != len(solution.patches):
+        allowed = "False: on elements twice as large there are other patches"
+        raise SceneError("error", True, allowed)
+    return coarse
+
+
+def _unit_of(name: str) -> str:
+    """Unit of an input, in mm, N and rad."""
+    entry = name.rpartition(".")[2]
+    if entry in ANGLES:
+        return "rad"
+    if entry in OF_LENGTH:
+        return MM_N.of("length")
+    if name == "vertical_force":
+        return MM_N.of("force")
+    return MM_N.of(quantity_of(name))
 
 
 def _listed(named: Any) -> Any:

@@ -250,7 +250,11 @@ class WheelRailSolution(Reported, WheelForces):
         return "\n".join(lines)
 
     def gradient(
-        self, output: str | Output | Sequence[str | Output], by: str | Sequence[str]
+        self,
+        output: str | Output | Sequence[str | Output],
+        by: str | Sequence[str],
+        *,
+        error: bool = False,
     ) -> xr.Dataset:
         """Derivatives of outputs of each patch by position, load, profiles and
         other numbers of the case, each output from one transposed solve.
@@ -268,12 +272,18 @@ class WheelRailSolution(Reported, WheelForces):
             "y", "roll", "yaw" of the wheel set; "vertical_force"; "rail" and
             "wheel", by the z of each point of the profile near a patch; and other
             numbers of the case by their paths, as "friction", "track.cant".
+        error : bool
+            Also an estimate of the error of each number, ``<name>_error``: the
+            difference to elements twice as large. Of tangential forces by points
+            of a profile it can be as large as the derivative, where shares of
+            slip and load nearly cancel.
 
         Returns
         -------
         xarray.Dataset
             "value" and a variable for each input, over "output" and "patch", of
-            profiles also "rail_point" or "wheel_point"; in mm, N and rad.
+            profiles also "rail_point" or "wheel_point", with ``units`` of mm, N
+            and rad.
 
         Raises
         ------
@@ -294,7 +304,7 @@ class WheelRailSolution(Reported, WheelForces):
         """
         from varcontact.wheel_rail.gradient import gradient
 
-        return gradient(self, output, by)
+        return gradient(self, output, by, error)
 
     def plot(self) -> Figure:
         """Both profiles with the patches at their place, and the tractions of each patch."""
