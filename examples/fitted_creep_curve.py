@@ -4,9 +4,9 @@ The points are taken from lines of regression through 4200 samples of the roller
 Tech and the FRA, dry, with wear debris (N. S. M. Hosseini, A Statistical Approach to Modeling
 Wheel-Rail Contact Dynamics, MSc thesis, Virginia Tech, 2020); samples scatter about the lines by
 219 N. Bodies alone are too stiff for them. With an elastic layer of debris the curve is within the
-scatter. A law by which friction falls with slip does not come nearer: its kinetic coefficient is
-fitted close to the static one. Each curve comes with its derivatives by all parameters, so that a
-step of the fit takes one curve.
+scatter. A law by which friction falls with slip, with its kinetic coefficient fitted, comes no
+nearer. Each curve comes with its derivatives by all parameters, so that a step of the fit takes one
+curve.
 
 Lengths in m, forces in N. Run: python examples/fitted_creep_curve.py [picture.png]
 """
@@ -44,7 +44,7 @@ def rig(cells: int) -> vc.Scene:
 def main(
     picture: str = "fitted_creep_curve.png", cells: int = 10, points: int = VX.size
 ) -> dict[str, vc.CreepCurveFit]:
-    """The fits by name; each with a part of the points, equally many on all of the curve."""
+    """The fits by name, to a number of the points."""
     bare = rig(cells)
     layered = replace(bare, third_body=vc.ThirdBody(h=LAYER[0], G=1e9))
     law = vc.RationalFalling(STATIC, 0.5, half_velocity=SLOW)

@@ -584,6 +584,15 @@ def test_rail_profile_has_derivatives_by_its_numbers():
     assert found[[0, 2]] == pytest.approx(expected[[0, 2]], rel=0.01)
 
 
+def test_fitted_creep_curve(ran):
+    """An elastic layer brings the curve within the scatter, and falling friction no nearer."""
+    alone, layer, law = ran("fitted_creep_curve", "curves", cells=6, points=6).values()
+    assert alone.rms > 3 * 219.1 > 219.1 > layer.rms
+    assert 1.2e-5 < layer.values["third_body.h"] < 2e-5  # 1.3e-5 on ten elements
+    assert law.rms > 0.95 * layer.rms
+    assert law.values["friction.kinetic"] == pytest.approx(layer.values["friction"], rel=0.1)
+
+
 def test_corrugation(ran):
     """At a constant load waves wear off; wheel and track make some grow, longer ones on the softer
     track.

@@ -65,6 +65,7 @@ SMALLER: dict[str, dict[str, Any]] = {
     "fig34_spheres": {"cells": 13},
     "fig36_37_rolling_spheres": {"cells": 1},
     "gauge_corner_rolling": {"half_widths": (3.0,), "step": 0.8, "waves": 9},
+    "fitted_creep_curve": {"cells": 6, "points": 6},
     "spence_indentation": {"cells": 20, "presses": 12},
     "temperature": {"cells": 16, "points": 8},
     "theories_bank": {"cells": 12},
