@@ -11,7 +11,7 @@ from tests.benchmark.solvers_of_users import good
 from varcontact.benchmark import comparison
 from varcontact.benchmark.comparison import COLUMNS, SHIFT
 from varcontact.benchmark.solvers import DEFAULT_SOLVERS, entry_named, without_made
-from varcontact.benchmark.trials import verdict
+from varcontact.benchmark.trials import Process, Trial, verdict
 from varcontact.solvers.registry import SOLVERS
 
 USERS = "tests.benchmark.solvers_of_users"
@@ -132,6 +132,15 @@ def test_solvers_that_do_not_end_or_crash_are_stopped_and_others_go_on():
     assert runs["outcome"].tolist() == ["out of time"] * 2 + ["crashed"] * 2 + ["solved"] * 2
     assert runs["reason"].tolist()[:2] == ["0.3 s", "not tried: out of time at 0.001"]
     assert "7" in runs["reason"].tolist()[2]
+
+
+def test_a_process_that_ends_with_trials_unread_has_crashed():
+    """Its end of the connection is then reset, not closed."""
+    problem = vc.benchmark_problems()["shift, 6 across"]
+    with Process(10.0) as process:
+        process._connection().send(Trial(problem, "newton", (1e-6,)))
+        process._process.kill()
+        assert process._received(10.0).outcome == "crashed"
 
 
 def test_solvers_that_only_wait_are_stopped_by_the_clock():

@@ -161,7 +161,7 @@ class Process:
                 return Verdict("out of time", f"{limit:g} s", seconds=limit)
         try:
             return self._ours.recv()
-        except EOFError:
+        except (EOFError, ConnectionResetError):
             self._process.join()
             return Verdict("crashed", f"its process ended with {self._process.exitcode}")
 
