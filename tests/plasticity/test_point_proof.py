@@ -6,7 +6,7 @@ import pytest
 import varcontact as vc
 from tests.plasticity.fields import ellipse
 from varcontact.plasticity.balls import families
-from varcontact.plasticity.derivatives import Remainders, kernel_bounds
+from varcontact.plasticity.derivatives import Remainders, _Steps, kernel_bounds
 from varcontact.plasticity.half_space import (
     HalfSpace,
     depth_matrix,
@@ -98,6 +98,26 @@ def test_second_derivatives_along_z_by_those_along_x_and_y():
     left = second(own, 0, 0, h)
     right = -second(down, h, 0, 0) - second(down, 0, h, 0)
     assert left == pytest.approx(right, abs=2e-4 * np.abs(left).max())
+
+
+@pytest.mark.parametrize("share", [0.3, 0.42, 0.5, 0.66, 0.7])
+def test_constants_of_quadratic_interpolation(share):
+    """The largest integrals of Peano's kernel, with second derivatives of 1, 1/t and 1/(1 - t)."""
+    places = np.array([0.0, share, 1.0])
+    t = (np.arange(4000) + 0.5) / 4000
+    s = np.linspace(0, 1, 101)[1:-1, None]
+    weights = [
+        (s - share) * (s - 1) / share,
+        s * (s - 1) / (share * (share - 1)),
+        s * (s - share) / (1 - share),
+    ]
+    parts = (each * np.maximum(place - t, 0) for each, place in zip(weights, places, strict=True))
+    kernel = np.abs(np.maximum(s - t, 0) - sum(parts))
+    box = tuple(np.full((1, 1), place) for place in places)
+    bounds = _Steps.along(box, 0)
+    largest = [(kernel * weight).mean(axis=1).max() for weight in (1, 1 / t, 1 / (1 - t))]
+    assert 0.98 * bounds.second < largest[0] < bounds.second
+    assert 0.9 * bounds.touching < max(largest[1:]) < bounds.touching
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.28, 0.5])

@@ -43,7 +43,7 @@ SURFACE = 0.05
 SPLINES = (14, 5, 16)
 """Intervals of residual stresses: across the contact, beside it, in depth."""
 FINER_SPLINES = (20, 6, 20)
-MESHES = ((10, 4, 10), (16, 4, 14))
+MESHES = ((9, 4, 10), (18, 4, 14))
 """Rectangles of velocities, likewise."""
 SAME_LIMIT = 1e-3
 """Difference of two limits that is none, relative."""
@@ -467,13 +467,16 @@ def _by_programs(found: _Found, search: Search, strength: Strength, gap: float) 
     finer residual stresses.
     """
     by_least = _by_least(found.passage, strength)
-    found = _with_stresses(found, SPLINES, search, gap)
+    margins = None
+    if found.passage.field is not None:
+        margins = PointProof.of(found.passage, found.by_cell, by_least, 1.0).surface_margins()
+    found = _with_stresses(found, SPLINES, search, gap, margins)
     for sizes in MESHES:
         if not found.ended(gap):
             mesh = flow_mesh(found.passage, *sizes)
             found = found.with_upper(upper_bound(found.passage, mesh, by_least, search.report))
     if not found.ended(gap):
-        found = _with_stresses(found, FINER_SPLINES, search, gap)
+        found = _with_stresses(found, FINER_SPLINES, search, gap, margins)
     return found
 
 
@@ -502,7 +505,11 @@ def _proved(found: _Found, search: Search, strength: Strength) -> _Found:
 
 
 def _with_stresses(
-    found: _Found, sizes: tuple[int, int, int], search: Search, gap: float
+    found: _Found,
+    sizes: tuple[int, int, int],
+    search: Search,
+    gap: float,
+    margins: np.ndarray | None,
 ) -> _Found:
     """The lower bound by residual stresses with so many splines."""
     across, beside, down = sizes
@@ -510,4 +517,4 @@ def _with_stresses(
         down += 3
     space = ResidualSpace.around(found.passage, across, beside, down)
     enough = (1 - gap) * found.upper
-    return found.with_lower(lower_bound(found.passage, space, enough, search.report))
+    return found.with_lower(lower_bound(found.passage, space, enough, search.report, margins))

@@ -70,8 +70,11 @@ def lower_bound(
     space: ResidualSpace,
     enough: float,
     report: Callable[[str], None],
+    margins: np.ndarray | None = None,
 ) -> LowerBound:
-    """The largest load factor, or one that is `enough`."""
+    """The largest load factor, or one that is `enough`, with margins (ny, nx) at the surface, at
+    the load factor 1, for what lies between samples there.
+    """
     shape = passage.curves.shape[:3]
     margin = np.zeros((*shape[:2], shape[2] + 1))
     chosen = _first_samples(passage, space)
@@ -84,6 +87,8 @@ def lower_bound(
         factor, coefficients = _program(passage, space, chosen, margin)
         stress, bent, size = _stresses(passage, space, factor, coefficients, margin)
         excess = between_samples(passage, stress, bent)
+        if margins is not None:
+            excess[0] = np.maximum(excess[0], np.minimum(factor * margins, MARGIN_MAX))
         between = size.copy()
         between[..., :-1] += excess
         sampled = max(sampled, factor / float(size.max()))

@@ -9,6 +9,7 @@ yield stress that depends on the depth is taken as its lower value at both ends 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
@@ -31,6 +32,10 @@ TOLERANCE = 3e-3
 """Excess over the largest stress at samples at which the proof ends."""
 HALVINGS_MAX = 4000
 """Boxes at most that are halved."""
+WIDE = 0.4
+"""Width by depth above which cells are parted."""
+PARTS_MAX = 4
+"""Parts of a cell along x and y at most."""
 BATCH = 200
 """Boxes that are halved at once."""
 SURFACE_PARTS = 4
@@ -160,8 +165,22 @@ class PointProof:
             bounded = self._bounded(boxes, aim)
             over = bounded.bound > aim
             found = max(found, float(np.max(bounded.bound[~over], initial=0.0)))
-            waiting.append(bounded[over])
+            waiting += self._smaller(bounded[over], aim)
+        for boxes in waiting:
+            found = max(found, float(np.max(boxes.bound[boxes.bound <= aim], initial=0.0)))
         return max(found, self._halved_until(aim, Boxes.joined(waiting)))
+
+    def _smaller(self, boxes: Boxes, aim: float) -> list[Boxes]:
+        """Boxes of one layer, and in place of cells that are wide for their depth their parts."""
+        single = self._single(boxes)
+        own = boxes[single]
+        if not len(own) or own.low[:, 2].min() < own.low[:, 2].max() or own.low[0, 2] == 0:
+            return [boxes]
+        wide = float((own.high - own.low)[:, :2].max() / own.low[0, 2])
+        parts = min(2 ** max(0, math.ceil(math.log2(wide / WIDE))), PARTS_MAX)
+        if parts == 1:
+            return [boxes]
+        return [boxes[~single], self._bounded(self._parted(own, parts), aim)]
 
     def _halved_until(self, aim: float, boxes: Boxes) -> float:
         """Bound on all stresses in boxes, halved until they are below the aim or too many."""
@@ -178,6 +197,22 @@ class PointProof:
             halves = self._bounded(self._halved(boxes[worst[:BATCH]]), aim)
             boxes = Boxes.joined([boxes[worst[BATCH:]], halves])
         return max(found, float(np.max(boxes.bound)))
+
+    def surface_margins(self) -> np.ndarray:
+        """What quadratic interpolation misses (ny, nx) about samples at the surface, by the yield
+        stress.
+        """
+        k = float(self.strength(np.zeros(1))[0])
+        margins = np.zeros((len(self.residual.y), len(self.x)))
+        for boxes in self._at_surface():
+            missed = self._remainders.quadratic(boxes.low, boxes.middle, boxes.high).sum(axis=1)
+            size = np.linalg.norm(missed, axis=1) / k
+            for x, y in ((0, 0), (0, 2), (2, 0), (2, 2)):
+                places = (boxes.along(0)[:, x], boxes.along(1)[:, y])
+                column = np.abs(self.x[:, None] - places[0]).argmin(axis=0)
+                row = np.abs(self.residual.y[:, None] - places[1]).argmin(axis=0)
+                np.maximum.at(margins, (row, column), size)
+        return margins
 
     # ------------------------------------------------------------------------- first boxes
 
@@ -210,6 +245,27 @@ class PointProof:
                 boxes = boxes[~self._near(boxes, depth[2])]
             yield boxes
 
+    def _parted(self, boxes: Boxes, parts: int) -> Boxes:
+        """Boxes of one layer, cells of the passage, in so many parts along x and y, and halves."""
+        share = np.linspace(0, 1, 2 * parts + 1)
+        sides = boxes.high - boxes.low
+        along, across = (
+            (boxes.low[:, axis, None] + sides[:, axis, None] * share).round(9) for axis in (0, 1)
+        )
+        top, middle, end = (each[0, 2] for each in (boxes.low, boxes.middle, boxes.high))
+        x = np.unique(along)
+        y = np.unique(across)
+        depth = np.array([top, (top + middle) / 2, middle, (middle + end) / 2, end])
+        lattice = (self.parts * parts, self.parts * parts)
+        values = np.array([layer_at(self.field, lattice, x, y, each) for each in depth])
+        # first samples of the parts
+        first = np.empty((len(boxes), 2, parts, parts, 3), dtype=int)
+        first[..., 0] = np.array([0, 2])[:, None, None]
+        first[..., 1] = np.searchsorted(y, across[:, :-2:2])[:, None, :, None]
+        first[..., 2] = np.searchsorted(x, along[:, :-2:2])[:, None, None, :]
+        cell = np.repeat(boxes.cell, 2 * parts**2, axis=0)
+        return _boxes_at((x, y, depth), values, first.reshape(-1, 3), cell)
+
     def _layer(self, depth: float) -> np.ndarray:
         """Stresses (ny, nx, 5) at a depth, at the samples of the passage."""
         return layer_at(self.field, (self.parts, self.parts), self.x, self.residual.y, depth)
@@ -220,10 +276,13 @@ class PointProof:
         y = self.field.grid.y
         beside_x = (boxes.high[:, 0] < x[0]) | (boxes.low[:, 0] > x[-1])
         beside_y = (boxes.high[:, 1] < y[0]) | (boxes.low[:, 1] > y[-1])
-        # farther cells have samples at every second element
-        dx, dy, _ = (boxes.high - boxes.low).T * self.parts / 2
-        single = (dx < 1.01 * self.field.grid.sides[0]) & (dy < 1.01 * self.field.grid.sides[1])
-        return (boxes.low[:, 2] < depth) & ~beside_x & ~beside_y & single
+        return (boxes.low[:, 2] < depth) & ~beside_x & ~beside_y & self._single(boxes)
+
+    def _single(self, boxes: Boxes) -> np.ndarray:
+        """True for cells of two intervals: farther ones have samples at every second element."""
+        dx, dy = (side / self.parts for side in self.field.grid.sides)
+        sides = boxes.high - boxes.low
+        return np.isclose(sides[:, 0], 2 * dx) & np.isclose(sides[:, 1], 2 * dy)
 
     def _of_lattice(self, curves: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Boxes:
         """Cells that begin at samples x, y, z of the passage."""
