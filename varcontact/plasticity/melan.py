@@ -24,6 +24,8 @@ TOLERANCE = 4e-3
 """Excess over the yield surface, relative, that is left to scaling."""
 MARGIN_MAX = 0.3
 """Largest margin that is kept free for what lies between samples."""
+SMALL = 0.7
+"""Stress by the yield stress below which a sample is left out of later programs."""
 POINTS_ADDED = 80
 """Points that a round may add."""
 PEAKS_ADDED = 4
@@ -52,8 +54,8 @@ class LowerBound:
         The same between samples, too.
     largest : ndarray, shape (nz, ny)
         Largest stress of each point's passage, by the yield stress.
-    rounds, cones : int
-        Programs that were solved, and the cones of the last.
+    rounds : int
+        Programs that were solved.
     """
 
     factor: float
@@ -62,7 +64,6 @@ class LowerBound:
     by_cell: CellResidual
     largest: np.ndarray
     rounds: int
-    cones: int
 
 
 def lower_bound(
@@ -77,6 +78,8 @@ def lower_bound(
     """
     shape = passage.curves.shape[:3]
     margin = np.zeros((*shape[:2], shape[2] + 1))
+    if margins is not None:
+        margin[0, :, :-1] = np.minimum(enough * margins, MARGIN_MAX)
     chosen = _first_samples(passage, space)
     best: LowerBound | None = None
     sampled = 0.0
@@ -101,16 +104,16 @@ def lower_bound(
             by_cell=space.by_cell(coefficients / scale, axial / scale, passage),
             largest=between.max(axis=-1) / scale,
             rounds=number,
-            cones=int(chosen.sum()),
         )
         gained = best is None or found.factor > STALLED * best.factor
         stalled += closing and not gained
         best = _better(best, found)
-        report(f"program {number} of the lower bound, {found.cones} cones: {best.factor:.4g}")
+        report(f"program {number} of the lower bound, {chosen.sum()} cones: {best.factor:.4g}")
         if between.max() < 1 + TOLERANCE or best.factor >= enough or stalled > 2:
             break
         # at samples first, then with margins for what lies between them
         closing = closing or number > 1 or size.max() < 1 + 2 * TOLERANCE
+        _drop_small(chosen, between)
         if closing:
             kept = np.minimum(excess, MARGIN_MAX)
             margin[..., :-1] = np.maximum(kept, 0.4 * margin[..., :-1])
@@ -232,6 +235,11 @@ def _largest(
     axial: np.ndarray, rest: np.ndarray, margin: np.ndarray, shift: np.ndarray
 ) -> np.ndarray:
     return (np.sqrt((axial + shift[..., None]) ** 2 + rest) + margin).max(axis=-1)
+
+
+def _drop_small(chosen: np.ndarray, size: np.ndarray) -> None:
+    """Leave samples out that are far from the yield surface; loads far away stay."""
+    chosen[..., :-1] &= size[..., :-1] > SMALL
 
 
 def _add_worst(chosen: np.ndarray, size: np.ndarray) -> None:

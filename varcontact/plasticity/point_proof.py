@@ -204,14 +204,14 @@ class PointProof:
         """
         k = float(self.strength(np.zeros(1))[0])
         margins = np.zeros((len(self.residual.y), len(self.x)))
-        for boxes in self._at_surface():
-            missed = self._remainders.quadratic(boxes.low, boxes.middle, boxes.high).sum(axis=1)
-            size = np.linalg.norm(missed, axis=1) / k
-            for x, y in ((0, 0), (0, 2), (2, 0), (2, 2)):
-                places = (boxes.along(0)[:, x], boxes.along(1)[:, y])
-                column = np.abs(self.x[:, None] - places[0]).argmin(axis=0)
-                row = np.abs(self.residual.y[:, None] - places[1]).argmin(axis=0)
-                np.maximum.at(margins, (row, column), size)
+        boxes = next(self._at_surface())
+        missed = self._remainders.quadratic(boxes.low, boxes.middle, boxes.high).sum(axis=1)
+        size = np.linalg.norm(missed, axis=1) / k
+        for x, y in ((0, 0), (0, 2), (2, 0), (2, 2)):
+            places = (boxes.along(0)[:, x], boxes.along(1)[:, y])
+            column = np.abs(self.x[:, None] - places[0]).argmin(axis=0)
+            row = np.abs(self.residual.y[:, None] - places[1]).argmin(axis=0)
+            np.maximum.at(margins, (row, column), size)
         return margins
 
     # ------------------------------------------------------------------------- first boxes
