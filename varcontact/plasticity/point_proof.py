@@ -30,12 +30,15 @@ from varcontact.system.process import lazy_property
 
 TOLERANCE = 3e-3
 """Excess over the largest stress at samples at which the proof ends."""
-HALVINGS_MAX = 4000
+HALVINGS_MAX = 6000
 """Boxes at most that are halved."""
 WIDE = 0.4
 """Width by depth above which cells are parted."""
 PARTS_MAX = 4
 """Parts of a cell along x and y at most."""
+SHARE = 0.4
+"""Part of what interpolation misses at the surface that is left free for the proof, which halves
+boxes there."""
 BATCH = 200
 """Boxes that are halved at once."""
 SURFACE_PARTS = 4
@@ -206,7 +209,7 @@ class PointProof:
         margins = np.zeros((len(self.residual.y), len(self.x)))
         boxes = next(self._at_surface())
         missed = self._remainders.quadratic(boxes.low, boxes.middle, boxes.high).sum(axis=1)
-        size = np.linalg.norm(missed, axis=1) / k
+        size = SHARE * np.linalg.norm(missed, axis=1) / k
         for x, y in ((0, 0), (0, 2), (2, 0), (2, 2)):
             places = (boxes.along(0)[:, x], boxes.along(1)[:, y])
             column = np.abs(self.x[:, None] - places[0]).argmin(axis=0)
@@ -381,13 +384,21 @@ class PointProof:
     def _bounded_chunk(self, boxes: Boxes, aim: float) -> Boxes:
         y = boxes.along(1)
         z = boxes.along(2)
-        total = boxes.stress + self.residual.at(y, z, boxes.cell)[:, None]
+        # boxes that follow each other along x have the same residual stress
+        section, first, number = np.unique(
+            np.concatenate([y, z], axis=1), axis=0, return_index=True, return_inverse=True
+        )
+        number = number.ravel()
+        own_y, own_z = np.split(section, 2, axis=1)
+        residual = self.residual.at(own_y, own_z, boxes.cell[first])[number]
+        bent = self.residual.third_derivatives(own_y, own_z) * _cubic(own_y, own_z)
+        total = boxes.stress + residual[:, None]
         k = self._least_strength(z[:, [0, 2]])
         total = total / k[:, None, None, None, None]
         points = _controls(np.moveaxis(total, 1, 3), z)
         points = _along_first(np.moveaxis(points, 3, 1))
         size = np.linalg.norm(points, axis=-1).max(axis=(1, 2, 3))
-        missed, axis = self._missed(boxes, k, size < SMALL * aim)
+        missed, axis = self._missed(boxes, k, size < SMALL * aim, bent[number])
         largest = np.abs(points) + missed[:, None, None, None]
         bound = np.linalg.norm(largest, axis=-1).max(axis=(1, 2, 3))
         # closer control points where these are too far away
@@ -397,10 +408,10 @@ class PointProof:
         return replace(boxes, bound=bound, axis=axis, peak=peak)
 
     def _missed(
-        self, boxes: Boxes, k: np.ndarray, small: np.ndarray
+        self, boxes: Boxes, k: np.ndarray, small: np.ndarray, bent: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """What interpolation misses (n, 5), by the yield stress, and the axis that adds most; in
-        blocks where stresses are small.
+        blocks where stresses are small. `bent` is that of the residual stress (n, 3 axes, 5).
         """
         missed = np.empty((len(boxes), 3, 5))
         missed[small] = self._missed_in_blocks(boxes[small])
@@ -408,9 +419,7 @@ class PointProof:
         exact = ~small | failed
         own = boxes[exact]
         missed[exact] = self._remainders.quadratic(own.low, own.middle, own.high)
-        y = boxes.along(1)
-        z = boxes.along(2)
-        missed += self.residual.third_derivatives(y, z) * _cubic(y, z)
+        missed += bent
         missed *= np.array([1.0, LEBESGUE, LEBESGUE**2])[:, None] / k[:, None, None]
         return missed.sum(axis=1), np.linalg.norm(missed, axis=2).argmax(axis=1)
 
