@@ -6,7 +6,12 @@ import pytest
 import varcontact as vc
 from tests.plasticity.fields import ellipse
 from varcontact.plasticity.balls import families
-from varcontact.plasticity.derivatives import Remainders, _Steps, kernel_bounds
+from varcontact.plasticity.derivatives import (
+    Remainders,
+    _Steps,
+    derivative_bound,
+    kernel_bounds,
+)
 from varcontact.plasticity.half_space import (
     HalfSpace,
     depth_matrix,
@@ -100,6 +105,16 @@ def test_second_derivatives_along_z_by_those_along_x_and_y():
     assert left == pytest.approx(right, abs=2e-4 * np.abs(left).max())
 
 
+def test_bounds_of_derivatives():
+    """Of the third and fourth order, at the distance 1."""
+    rng = np.random.default_rng(3)
+    place = rng.normal(size=(3, 20_000))
+    place[2] = np.abs(place[2])
+    values = np.abs(point_derivatives(*(place / np.linalg.norm(place, axis=0)))).max(axis=1)
+    assert values[:7].max() < derivative_bound(3) < 10 * values[:7].max()
+    assert values[7:].max() < derivative_bound(4) < 10 * values[7:].max()
+
+
 @pytest.mark.parametrize("share", [0.3, 0.42, 0.5, 0.66, 0.7])
 def test_constants_of_quadratic_interpolation(share):
     """The largest integrals of Peano's kernel, with second derivatives of 1, 1/t and 1/(1 - t)."""
@@ -127,6 +142,9 @@ def test_bounds_of_kernels(nu):
     place[2] = np.abs(place[2])
     place /= np.linalg.norm(place, axis=0)
     bounds = kernel_bounds(nu)
+    # no more than 3 % above the largest value
+    largest = np.abs(point_stress(stress_matrix(nu), *place)).max(axis=2)
+    assert (bounds.stress < 1.03 * largest + 0.02 * largest.max()).all()
     assert (np.abs(point_stress(stress_matrix(nu), *place)).max(axis=2) <= bounds.stress).all()
     assert (np.abs(point_stress(depth_matrix(nu), *place)).max(axis=2) <= bounds.down).all()
 
