@@ -234,11 +234,3 @@ def test_residual_stress_between_samples_is_that_of_the_splines():
     own = residual_at(residual, y, z, np.zeros((5, 2), dtype=int))
     expected = np.einsum("pqc,c->pq", space.rows(y, z), coefficients)
     assert own[:, [0, 2, 3, 4]] == pytest.approx(expected, abs=1e-10)
-
-
-@pytest.mark.slow
-def test_lower_bounds_of_points_are_proved():
-    limit = vc.shakedown(ellipse(n=16), 1.0, gap=0.03)
-    assert limit.proved
-    assert limit.gap <= 0.03
-    assert "proved between them" in limit.report()

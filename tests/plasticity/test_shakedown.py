@@ -121,6 +121,8 @@ def test_programs_close_the_gap():
     stages = []
     limit = vc.shakedown(sliding, 1.0, gap=0.025, progress=stages.append)
     assert limit.gap <= 0.025
+    assert limit.proved
+    assert "proved between them" in limit.report()
     assert 3.24 < limit.lower <= limit.sampled <= limit.upper * 1.0001
     assert limit.upper <= 1.0001 / limit.local / limit.peak_pressure
     assert limit.mode == "surface flow"

@@ -104,9 +104,9 @@ def shakedown(
 
     All bounds are those of the field of the grid's tractions, linear between the centres of
     elements; `field_error` estimates how far this is from the exact one. For this field `lower` is
-    a theorem where `proved`, else what lies between samples is estimated. `upper` is a theorem
-    where it is of closed form (`mechanism` is None); that of velocities has its quadrature
-    estimated. See docs/shakedown.md.
+    a theorem where `proved`, else what lies between samples is estimated. `upper` is a theorem,
+    but for velocities (`mechanism`) in layers and in an own field, where the quadrature of their
+    work is estimated. See docs/shakedown.md.
 
     Examples
     --------

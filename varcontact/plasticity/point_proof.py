@@ -49,7 +49,7 @@ BLOCK = 4
 """Cells along x and y that are bounded together where stresses are small."""
 SMALL = 0.6
 """Size of these stresses, by what is aimed at."""
-AHEAD = (1.3, 1.7, 2.2, 3.0, 4.0, 5.5, 7.5, 10.0)
+AHEAD = (1.3, 1.7, 2.2, 3.0, 4.0, 5.5, 7.5, 10.0, 15.0, 25.0, 50.0, 100.0)
 """Ends of boxes before and behind the passage, by the distance of its ends from the middle; beyond
 the last the size of the stress alone is bounded."""
 HALVED = 0.8
@@ -161,7 +161,7 @@ class PointProof:
     def radius(self, enough: float) -> float:
         """Bound on all stresses, by the yield stress; boxes are halved until it is `enough`."""
         aim = max(enough, (1 + TOLERANCE) * self._largest_sample())
-        ahead, found = self._ahead(aim)
+        ahead, found, added = self._ahead(aim)
         found = max(found, self._outside())
         waiting = []
         for boxes in (*self._below_surface(), *self._at_surface(), ahead):
@@ -171,19 +171,25 @@ class PointProof:
             waiting += self._smaller(bounded[over], aim)
         for boxes in waiting:
             found = max(found, float(np.max(boxes.bound[boxes.bound <= aim], initial=0.0)))
-        return max(found, self._halved_until(aim, Boxes.joined(waiting)))
+        return max(found, self._halved_until(aim, Boxes.joined(waiting)) + added)
 
     def _smaller(self, boxes: Boxes, aim: float) -> list[Boxes]:
         """Boxes of one layer, and in place of cells that are wide for their depth their parts."""
-        single = self._single(boxes)
-        own = boxes[single]
-        if not len(own) or own.low[:, 2].min() < own.low[:, 2].max() or own.low[0, 2] == 0:
+        inner = self._single(boxes)
+        most = PARTS_MAX
+        if not inner.any():
+            # the smaller cells at the surface
+            inner = self._single(boxes, SURFACE_PARTS)
+            most = PARTS_MAX // 2
+        own = boxes[inner]
+        if not len(own) or own.low[:, 2].min() < own.low[:, 2].max():
             return [boxes]
-        wide = float((own.high - own.low)[:, :2].max() / own.low[0, 2])
-        parts = min(2 ** max(0, math.ceil(math.log2(wide / WIDE))), PARTS_MAX)
+        depth = max(float(own.low[0, 2]), float(own.high[0, 2] - own.low[0, 2]))
+        wide = float((own.high - own.low)[:, :2].max() / depth)
+        parts = min(2 ** max(0, math.ceil(math.log2(wide / WIDE))), most)
         if parts == 1:
             return [boxes]
-        return [boxes[~single], self._bounded(self._parted(own, parts), aim)]
+        return [boxes[~inner], self._bounded(self._parted(own, parts), aim)]
 
     def _halved_until(self, aim: float, boxes: Boxes) -> float:
         """Bound on all stresses in boxes, halved until they are below the aim or too many."""
@@ -249,7 +255,7 @@ class PointProof:
             yield boxes
 
     def _parted(self, boxes: Boxes, parts: int) -> Boxes:
-        """Boxes of one layer, cells of the passage, in so many parts along x and y, and halves."""
+        """Boxes of one layer and size, in so many parts along x and y, and halves in depth."""
         share = np.linspace(0, 1, 2 * parts + 1)
         sides = boxes.high - boxes.low
         along, across = (
@@ -259,7 +265,9 @@ class PointProof:
         x = np.unique(along)
         y = np.unique(across)
         depth = np.array([top, (top + middle) / 2, middle, (middle + end) / 2, end])
-        lattice = (self.parts * parts, self.parts * parts)
+        element = self.field.grid.sides[0]
+        closer = round(2 * parts * element / float(sides[0, 0]))
+        lattice = (closer, closer)
         values = np.array([layer_at(self.field, lattice, x, y, each) for each in depth])
         # first samples of the parts
         first = np.empty((len(boxes), 2, parts, parts, 3), dtype=int)
@@ -281,9 +289,11 @@ class PointProof:
         beside_y = (boxes.high[:, 1] < y[0]) | (boxes.low[:, 1] > y[-1])
         return (boxes.low[:, 2] < depth) & ~beside_x & ~beside_y & self._single(boxes)
 
-    def _single(self, boxes: Boxes) -> np.ndarray:
-        """True for cells of two intervals: farther ones have samples at every second element."""
-        dx, dy = (side / self.parts for side in self.field.grid.sides)
+    def _single(self, boxes: Boxes, parts: int = 1) -> np.ndarray:
+        """True for cells of two intervals, or such parts of them: farther ones have samples at
+        every second element.
+        """
+        dx, dy = (side / self.parts / parts for side in self.field.grid.sides)
         sides = boxes.high - boxes.low
         return np.isclose(sides[:, 0], 2 * dx) & np.isclose(sides[:, 1], 2 * dy)
 
@@ -319,9 +329,9 @@ class PointProof:
             first = np.stack([np.full(len(rows), top), rows, columns], axis=1)
             yield _boxes_at((x, y, depth), values, first, cell)
 
-    def _ahead(self, aim: float) -> tuple[Boxes, float]:
-        """Boxes before and behind the passage where the size of the stress is not enough, and a
-        bound on all others.
+    def _ahead(self, aim: float) -> tuple[Boxes, float, float]:
+        """Boxes before and behind the passage where the size of the stress is not enough, a bound
+        on all others, and what may be added to that of the last boxes beyond them.
         """
         starts_y, starts_z = self.residual.starts
         cell = np.stack(np.meshgrid(starts_y, starts_z), axis=-1).reshape(-1, 2)
@@ -336,22 +346,27 @@ class PointProof:
         middle = (self.x[0] + self.x[-1]) / 2
         reach = (self.x[-1] - self.x[0]) / 2
         found = 0.0
+        added = 0.0
         kept = []
         for side in (-1.0, 1.0):
             ends = middle + side * reach * np.array([1.0, *AHEAD])
             low = np.stack([np.full(len(cell), ends[-1]), y[:, 0], z[:, 0]], axis=1)
             high = np.stack([np.full(len(cell), side * INFINITE), y[:, 2], z[:, 2]], axis=1)
             far = np.linalg.norm(self._size(low, high), axis=1) / k
-            found = max(found, float((size + far).max()))
+            beyond = size + far > aim
+            found = max(found, float(np.max((size + far)[~beyond], initial=0.0)))
             for first, last in pairwise(ends):
                 low[:, 0] = min(first, last)
                 high[:, 0] = max(first, last)
-                bound = size + np.linalg.norm(self._size(low, high), axis=1) / k
-                over = bound > aim
-                found = max(found, float(np.max(bound[~over], initial=0.0)))
+                loaded = np.linalg.norm(self._size(low, high), axis=1) / k
+                over = size + loaded > aim
+                if last == ends[-1]:
+                    over |= beyond
+                    added = max(added, float(np.max((far + loaded)[beyond], initial=0.0)))
+                found = max(found, float(np.max((size + loaded)[~over], initial=0.0)))
                 x = np.linspace(low[over, 0], high[over, 0], 3).T
                 kept.append(self._new((x, y[over], z[over]), cell[over]))
-        return Boxes.joined(kept), found
+        return Boxes.joined(kept), found, added
 
     def _size(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         return self._remainders.stress(np.minimum(low, high), np.maximum(low, high))
