@@ -172,11 +172,15 @@ def in_curve(radius, **more):
 
 
 def test_a_free_wheel_set_under_little_friction_in_a_sharp_curve():
-    """At the flange root, within a hundredth of a millimetre."""
-    found = in_curve(300e3, friction=0.15).estimate()
+    """At the flange root, within a hundredth of a millimetre; to the other side in the other
+    curve.
+    """
+    found, other = (in_curve(radius, friction=0.15).estimate() for radius in (300e3, -300e3))
     assert found.imbalance < 1e-8
     assert found.position.y == pytest.approx(-5.0768, abs=1e-3)
     assert found.position.yaw == pytest.approx(-6.667e-4, abs=1e-6)
+    assert other.position.y == pytest.approx(-found.position.y, abs=1e-7)
+    assert other.position.yaw == pytest.approx(-found.position.yaw, abs=1e-9)
 
 
 def test_a_refusal_names_the_moment_and_by_how_much_it_is_short():
