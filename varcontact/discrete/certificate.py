@@ -274,6 +274,7 @@ def _tangential_bounds(
     (3,) each.
     """
     undetermined = np.full(3, np.nan)
+    # none where the pressure follows from the tractions, or fields of the interface from both
     if disc.K != 0 or disc.implicit:
         return _infinite(tangential), undetermined
     tractions, shifts = tangential.of_grid(state.traction, state.rigid)

@@ -1,5 +1,5 @@
 """`load`: the certificate of a solution from a file is computed again from its fields, and compared
-with the stored.
+with the stored. Contents that no solution can have are refused before, in `io/solution.py`.
 """
 
 from __future__ import annotations
