@@ -370,3 +370,9 @@ def test_patches_are_compared_by_their_place():
     own = (printed[2], printed[3], printed[0], printed[1])
     output = vc.ContactOutput(1, None, "right", {}, theirs, printed)
     assert {row.verdict for row in compared_stresses(1, own, output, ours)} == {"equal"}
+
+
+def test_estimates_are_of_elastic_wheels(profiles):
+    visco = (" 0022033 ", " 0022133 "), (MATERIAL, f"{MATERIAL}\n 1. 1. 1e-3 1e-3\n %")
+    (case,) = cases(profiles, COARSEST, *visco)
+    refused(case.wheel.estimate, words="elastic half-spaces: estimates are of these")

@@ -462,7 +462,7 @@ class _Case:
 
     def _choose_theory(self, bound: int, material: int) -> None:
         """FASTSIM or FaStrip, for which bodies are half-spaces here."""
-        wanted = (0, 2, 3, 4)
+        wanted: tuple[int, ...] = (0, 2, 3, 4)
         if material == 5:
             wanted = (2, 3)
         steady = self.controls["TANG"] == STEADY and self.controls["FORCE"] == 0

@@ -391,7 +391,7 @@ class BodyField:
             stress=field.stress[:, :, *at],
         )
 
-    def _bytes_below(self, depths: int) -> int:
+    def _bytes_below(self, depths: int) -> float:
         """Memory of fields below all elements at some depths."""
         return self.solution.grid.size * (BYTES_PER_ELEMENT + BYTES_PER_ELEMENT_AND_DEPTH * depths)
 

@@ -297,7 +297,11 @@ def rolling(
                 "spin": creepage.spin,
                 "friction": friction,
             }
-            forces = creep_forces(tangential, bodies=case.bodies, **arguments | options)
+            if case.bodies.relaxes:
+                raise SceneError(
+                    "bodies", case.bodies, "elastic half-spaces: estimates are of these"
+                )
+            forces = creep_forces(tangential, bodies=case.half_spaces, **arguments | options)
             Fx = forces.Fx
             Fy = forces.Fy
             moment = forces.Mz
@@ -318,7 +322,7 @@ def fast_ellipse(case: WheelGeometry, group: list[Overlap], z: float, normal: st
     if normal == "hertz":
         bent = _relative_curvature(case, point, z)
         contact = hertz(
-            radius / np.cos(angle), 1 / bent, case.bodies, approach=approach * np.cos(angle)
+            radius / np.cos(angle), 1 / bent, case.half_spaces, approach=approach * np.cos(angle)
         )
         return Ellipse(contact.a, contact.b, contact.force, contact.peak_pressure)
     # with the circles beside, which are above the rail, and those between separate overlaps, which
@@ -405,7 +409,7 @@ def _by_hertz_of_each_strip(
     delta = approach * cosine + lower
     far = np.abs(np.arange(z.size) - k) > NEAR
     if not far.any():  # a patch of few circles
-        contact = hertz(1 / (2 * A), spacing**2 / bend, case.bodies, approach=float(delta))
+        contact = hertz(1 / (2 * A), spacing**2 / bend, case.half_spaces, approach=float(delta))
         return Ellipse(contact.a, contact.b, contact.force, contact.peak_pressure)
     # Hertz's contact at each place across, for a force of 1
     B = np.interp(across, across[far], z[far] / across[far] ** 2)

@@ -351,6 +351,13 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         )
 
     @property
+    def half_spaces(self) -> Bodies:
+        """The bodies; of viscoelastic ones those that they are at once."""
+        if isinstance(self.bodies, Bodies):
+            return self.bodies
+        return self.bodies.surfaces
+
+    @property
     def tractions_bear_load(self) -> bool:
         """True where tractions carry a part of the vertical force, or change the pressures."""
         return self.with_friction or self.bodies.coupled or self.curved
