@@ -375,7 +375,7 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
             n = self.matrix[0].array.shape[0] // len(self.components)
             check_of_matrix(scene, self.matrix, n)
         elif self.by_place:
-            check_by_place(scene, "bodies.kernel", f"of {scene.grid.rows} rows")
+            check_by_place(scene, "bodies.kernel", f"of {self.kernel.array.shape[2]} rows")
 
     def _check_periodic(self) -> None:
         """Symbols that are not defined at the longest waves, or act at their own place."""
