@@ -209,7 +209,7 @@ class _Derivatives:
             return "following"
         return "held"
 
-    def _adjoint(self, edge: Edge) -> Adjoint:
+    def _adjoint(self, edge: Any) -> Adjoint:
         if edge not in self._adjoints:
             self._adjoints[edge] = self._about(edge).adjoint(self._output)
         return self._adjoints[edge]

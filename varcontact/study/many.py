@@ -172,7 +172,7 @@ def solve_many(
         report(f"scenes[{i}]: by itself")
         with failed.of_scene(i):
             options: Any = {"accuracy": _accuracy(many[i], accuracy), "certify": certify}
-            solution = solve(many[i], tol=tol, **options)
+            solution: Any = solve(many[i], tol=tol, **options)
             table.put(i, solution)
             slopes[i] = derivatives_of(solution, inputs)
     columns = table.columns(steps, failed.messages)
