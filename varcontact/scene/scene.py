@@ -365,9 +365,10 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     @property
     def without_friction(self) -> Scene:
         """The same bodies in contact without tractions; viscoelastic ones go on rolling."""
-        if self.bodies.relaxes:
-            return replace(self, motion=Steady(speed=self.speed), friction=0.0)
-        return replace(self, motion=None, friction=None)
+        scene: Scene[Any] = self
+        if scene.bodies.relaxes:
+            return replace(scene, motion=Steady(speed=scene.speed), friction=0.0)
+        return replace(scene, motion=None, friction=None)
 
     @lazy_property
     def hertz(self) -> HertzContact | None:
