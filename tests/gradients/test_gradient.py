@@ -7,6 +7,7 @@ import pytest
 
 import varcontact as vc
 from tests.gradients.differences import (
+    COARSE,
     COATED,
     EXACT,
     GRID,
@@ -14,6 +15,7 @@ from tests.gradients.differences import (
     ROLLING,
     STEP,
     UNLIKE,
+    check_gradients,
     contact,
     difference,
     fields,
@@ -89,15 +91,47 @@ def test_gradients_by_fields(kind):
     assert found.distance.dims == ("y", "x")
 
 
-def test_gradients_by_each_body_and_its_layer():
-    """Numbers of one body, and of a layer, by their paths."""
-    scene = SCENES["unlike"]
+LINED = vc.Layered([vc.Layer(0.4, 2.0, 0.3)], base=(1.0, 0.28))
+LINED_PAIR = vc.BodyPair(LINED, vc.Bodies(G=1.5, nu=0.25))
+FORCED = vc.Steady(Fx=0.003, Fy=-0.002, spin=6e-4)
 
-    def stiffer(v):
-        return replace(scene, bodies=vc.Bodies(G=(1.0, v), nu=(0.2, 0.3)))
 
-    found = solved(scene).gradient("Fy", "bodies.G.lower", edge="held")
-    assert float(found["bodies.G.lower"]) == pytest.approx(difference(stiffer, 3.0, "Fy"), rel=1e-5)
+@pytest.mark.parametrize(
+    ("bodies", "paths"),
+    [
+        (LIKE, ("bodies.G", "bodies.nu", "bodies.nu.upper")),
+        (UNLIKE, ("bodies.G.lower", "bodies.nu.upper", "bodies.nu.lower")),
+        (LINED, ("bodies.layers.0.G", "bodies.layers.0.nu")),
+        (
+            LINED_PAIR,
+            ("bodies.upper.layers.0.h", "bodies.upper.base.0", "bodies.lower.nu"),
+        ),
+    ],
+    ids=["like", "unlike", "lined", "lined pair"],
+)
+def test_gradients_by_each_body_and_its_layers(bodies, paths):
+    """Numbers of both bodies, of one, and of a layer, by their paths."""
+    check_gradients(contact(bodies, grid=COARSE), paths, step=1e-5)
+
+
+@pytest.mark.parametrize("bodies", [LIKE, UNLIKE, LINED], ids=["like", "unlike", "lined"])
+def test_gradients_by_prescribed_forces(bodies):
+    """Creepages, moment and friction work by the forces themselves, and what else they take."""
+    scene = contact(bodies, FORCED, grid=COARSE)
+    check_gradients(scene, ("Fx", "Fy", "spin"), ("vx", "vy", "Mz", "friction_work"))
+
+
+@pytest.mark.parametrize("motion", [ROLLING, ROLLING.second_order()], ids=["first", "second"])
+def test_gradients_by_the_distance_of_a_step(motion):
+    check_gradients(contact(motion=replace(motion, dq=0.7 * COARSE.dx), grid=COARSE), ("dq",))
+
+
+@pytest.mark.parametrize("parts", [0.5, 1.5])
+def test_a_step_to_the_side_of_an_element_has_no_derivative(parts):
+    """Displacements by a uniform traction have a vertical tangent at its side."""
+    scene = contact(motion=replace(ROLLING, dq=parts * COARSE.dx), grid=COARSE)
+    with pytest.raises(SceneError, match="side of an element"):
+        solved(scene).gradient("Fx", "dq")
 
 
 def test_gradients_in_line_contact():
@@ -248,6 +282,14 @@ def test_a_dataset_has_units():
     assert found["bodies.G"].units == "(N)/(N/mm^2)"
     assert found.distance.units == "(N)/(mm)"
     assert np.allclose(found.x, GRID.x)
+
+
+def test_inputs_of_layers_have_units():
+    inputs = ("bodies.layers.0.G", "bodies.layers.0.h", "bodies.base.0", "third_body.h")
+    scene = contact(LINED, units=vc.MM_N, third_body=vc.ThirdBody(h=0.05, G=0.1), grid=COARSE)
+    found = solved(scene).gradient("Fx", inputs, edge="held")
+    units = [found[name].units for name in inputs]
+    assert units == ["(N)/(N/mm^2)", "(N)/(mm)", "(N)/(N/mm^2)", "(N)/(mm)"]
 
 
 @pytest.mark.parametrize(

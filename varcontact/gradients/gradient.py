@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 FORCES = "Fx", "Fy"
 LOADS = "normal_force", "approach"
+SIDE = 1e-4
+"""Least distance of the end of a step from a side of an element, in elements, for a derivative."""
 EdgeName = Literal["auto", "held", "moving", "following"]
 """What the edge of the contact does as an input changes, see `Solution.gradient`."""
 
@@ -303,10 +305,26 @@ def _check_input(solution: Solution, path: str) -> None:
     if part == "motion" and entry in FORCES:
         number_of(scene, path)
         return
+    if path == "motion.dq":
+        _check_step(scene, solution)
     forced = {"vx": "Fx", "vy": "Fy", "ux": "Fx", "uy": "Fy"}
     if part == "motion" and getattr(scene.motion, forced.get(entry, ""), None) is not None:
         raise SceneError("by", path, f"another input: it follows from {forced[entry]}")
     number_of(scene, path)
+
+
+def _check_step(scene: Scene, solution: Solution) -> None:
+    """Refuse steps that end on a side of an element, where displacements have a vertical
+    tangent.
+    """
+    steps = 1
+    if getattr(scene.motion, "slip_difference", None) == "second-order":
+        steps = 2
+    for count in range(1, steps + 1):
+        sides = count * scene.motion.dq / solution.grid.sides[0]
+        if abs(sides % 1.0 - 0.5) < SIDE:
+            allowed = "a step that ends on no side of an element: there is no derivative there"
+            raise SceneError("motion.dq", scene.motion.dq, allowed)
 
 
 def _check_changes(solution: Solution, path: str) -> None:

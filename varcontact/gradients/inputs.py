@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from typing import Any
@@ -12,6 +13,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.gradients.adjoint import SceneOf
 from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS
+from varcontact.scene.bodies import BodyPair
 from varcontact.scene.scene import Scene
 
 OF_MOTION = (*CREEPAGES, *SHIFTS, "Fx", "Fy", "dq")
@@ -37,8 +39,17 @@ QUANTITIES = {
     "surface.a": "length",
     "surface.b": "length",
     "bodies.G": "pressure",
+    "bodies.E": "pressure",
+    "bodies.h": "length",
+    "bodies.layers.G": "pressure",
+    "bodies.layers.h": "length",
+    "bodies.base.0": "pressure",
+    "third_body.G": "pressure",
+    "third_body.h": "length",
+    "friction.strength": "pressure",
 }
-"""Quantities whose units inputs have; others are numbers without one."""
+"""Quantities whose units inputs have, of bodies without their side and of layers without their
+place; others are numbers without one."""
 
 
 def path_of(name: Any) -> str:
@@ -53,7 +64,7 @@ def path_of(name: Any) -> str:
 def quantity_of(path: str) -> str:
     """Quantity whose unit an input has."""
     whole = ".".join(part for part in path.split(".") if part not in SIDES)
-    return QUANTITIES.get(whole, "1")
+    return QUANTITIES.get(re.sub(r"layers\.\d+", "layers", whole), "1")
 
 
 def derivative_unit(above: str, below: str) -> str:
@@ -77,6 +88,8 @@ def _entry(scene: Scene, path: str, parts: list[str]) -> Any:
     """What stands at a path."""
     owner: Any = scene
     for part in parts:
+        if _stands_for_two(owner, part):
+            owner = owner.upper
         if is_dataclass(owner):
             names = [each.name for each in fields(owner)]
             if part not in names:
@@ -89,6 +102,11 @@ def _entry(scene: Scene, path: str, parts: list[str]) -> Any:
         elif not (part in SIDES and isinstance(owner, int | float)):
             raise SceneError("by", path, "an input of the scene")
     return owner
+
+
+def _stands_for_two(owner: Any, part: str) -> bool:
+    """True where an entry is that of both bodies, which are alike."""
+    return isinstance(owner, BodyPair) and part not in SIDES and owner.upper == owner.lower
 
 
 def _place(part: str) -> int | None:
@@ -105,6 +123,9 @@ def _with_entry(owner: Any, parts: list[str], value: float) -> Any:
     if not parts:
         return value
     first, *rest = parts
+    if _stands_for_two(owner, first):
+        body = _with_entry(owner.upper, parts, value)
+        return BodyPair(body, body)
     if is_dataclass(owner):
         inner = _with_entry(getattr(owner, first), rest, value)
         return replace(owner, **{first: inner})  # type: ignore[type-var]
