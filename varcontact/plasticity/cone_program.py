@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class Triplets:
         for own, new in ((self.rows, rows), (self.columns, columns), (self.values, values)):
             own.append(np.broadcast_to(new, rows.shape).ravel())
 
-    def matrix(self, shape: tuple[int, int]) -> object:
+    def matrix(self, shape: tuple[int, int]) -> Any:
         """The matrix, by columns."""
         from scipy import sparse
 

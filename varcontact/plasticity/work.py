@@ -111,8 +111,10 @@ class Means:
         box[..., 0] = SIDE
         box[..., 1] = (np.diff(mesh.y)[pairs[:, 0]] / cells)[:, None, None]
         box[..., 2] = np.diff(z)[:, None]
-        low, high, box = (each.reshape(-1, 3) for each in (low, high, box))
-        found = remainders.in_blocks(low, high, (0 * box, box / 2, box))
+        sides = box.reshape(-1, 3)
+        found = remainders.in_blocks(
+            low.reshape(-1, 3), high.reshape(-1, 3), (0 * sides, sides / 2, sides)
+        )
         missed = (found[:, 1] + LEBESGUE * found[:, 2]).reshape(len(pairs), len(z) - 1, parts, 5)
         shares = shares.reshape(*shares.shape[:3], parts, -1).sum(axis=-1)
         return np.einsum("svzy,pzyq->psvq", shares, missed)

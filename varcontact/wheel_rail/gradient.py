@@ -108,7 +108,8 @@ def _derivatives(
 def _on_half_the_elements(solution: WheelRailSolution) -> WheelRailSolution:
     """The wheel solved on elements twice as large."""
     dx, dy = solution.patches[0].solution.grid.sides
-    coarse = replace(solution.case, dx=2 * dx, dy=2 * dy).solve()
+    case: Any = replace(solution.case, dx=2 * dx, dy=2 * dy)
+    coarse: WheelRailSolution = case.solve()
     if len(coarse.patches) != len(solution.patches):
         allowed = "False: on elements twice as large there are other patches"
         raise SceneError("error", True, allowed)
