@@ -171,6 +171,41 @@ def test_in_full_slip_force_is_friction_times_load():
     assert abs(float(found.vx)) < 1e-6
 
 
+@pytest.mark.parametrize("bodies", [LIKE, UNLIKE], ids=["like", "unlike"])
+def test_friction_work_is_that_of_the_solution(bodies):
+    sol = solved(contact(bodies, grid=COARSE))
+    value = sol.gradient("friction_work", "vx").value
+    assert float(value) == pytest.approx(sol.friction_work, rel=1e-9)
+
+
+def test_friction_work_of_like_bodies_is_t_gamma():
+    """-(Fx vx + Fy vy + Mz spin) in steady rolling, and its derivatives by any input."""
+    by = ("friction", "surface.Rx", "vx")
+    outputs = ["Fx", "Fy", "Mz", "friction_work"]
+    found = solved(contact(grid=COARSE)).gradient(outputs, by, edge="held")
+    own = np.array([ROLLING.vx, ROLLING.vy, ROLLING.spin])
+    for name in ("value", *by):
+        *forces, work = found[name].to_numpy()
+        expected = -float(own @ forces)
+        if name == "vx":
+            expected -= float(found.value[0])
+        assert work == pytest.approx(expected, rel=1e-6)
+
+
+def test_in_full_slip_forces_turn_with_the_creepage():
+    """Fx = -f N vx/v: none along the creepage, -f N/v across it; work f N v."""
+    vx, vy = 0.5, 0.2
+    size = np.hypot(vx, vy)
+    scene = contact(motion=vc.Steady(vx=vx, vy=vy), grid=COARSE)
+    found = solved(scene).gradient(["Fx", "Fy", "friction_work"], ("vx", "vy"), edge="held")
+    along = (vx * found.vx + vy * found.vy) / size
+    across = (vx * found.vy - vy * found.vx) / size
+    limit = 0.3 * 0.02
+    turned = limit / size**2 * np.array([vy, -vx])
+    assert np.allclose(along, [0.0, 0.0, limit], atol=1e-3 * limit)
+    assert np.allclose(across[:2], turned, rtol=1e-3)
+
+
 def test_a_step_of_a_history():
     """With the steps before as they are: by creepage, friction and load of the last step."""
     steps = {"vx": [2e-3, 2e-3], "vy": [1e-3, 1e-3], "friction": [0.3, 0.3], "load": [0.02, 0.02]}
@@ -282,6 +317,7 @@ def test_a_dataset_has_units():
     assert found["bodies.G"].units == "(N)/(N/mm^2)"
     assert found.distance.units == "(N)/(mm)"
     assert np.allclose(found.x, GRID.x)
+    assert "error=True" in found.error
 
 
 def test_inputs_of_layers_have_units():
@@ -329,6 +365,34 @@ def test_solutions_without_a_gradient():
         solved(SCENES["creepage"]).gradient("Fx", "distance", edge="following")
     with pytest.raises(SceneError, match="no motion"):
         vc.solve(contact(motion=None, friction=None)).gradient("Fx", "normal_force")
+
+
+def _conformal():
+    distance = COARSE.y[:, None] ** 2 / 200 + COARSE.x**2 / 200
+    surface = vc.SampledDistance(distance, inclination=0.05 * COARSE.y)
+    return contact(surface=surface, normal_force=None, approach=0.008, grid=COARSE)
+
+
+def _beside_held_parts():
+    held = vc.SurfaceDisplacement(x=(3.0, 4.0), y=(-0.5, 0.5), normal=1e-3, nx=2, ny=2)
+    return contact(displacements=held, grid=COARSE)
+
+
+@pytest.mark.parametrize(
+    ("scene", "field"),
+    [(_conformal, "surface"), (_beside_held_parts, "displacements")],
+)
+def test_contacts_without_a_gradient(scene, field):
+    with pytest.raises(SceneError, match="no gradient") as caught:
+        vc.solve(scene(), certify="none").gradient("Fx", "vx")
+    assert caught.value.field == field
+
+
+def test_a_solution_that_is_not_converged_has_no_gradient():
+    with pytest.raises(vc.NotConverged) as failure:
+        vc.solve(contact(grid=COARSE), normal="norm", tol=1e-30)
+    with pytest.raises(SceneError, match="not converged"):
+        failure.value.solution.gradient("Fx", "vx")
 
 
 def test_every_output_has_a_value_and_derivatives_by_its_fields():

@@ -394,4 +394,11 @@ def _dataset(
     coordinates: dict[str, Any] = {"output": list(request.outputs)}
     if any(found.ndim == 3 for found in derivatives.values()):
         coordinates |= {"x": grid.x, "y": grid.y}
-    return xr.Dataset(variables, coordinates)
+    return xr.Dataset(variables, coordinates, attributes_of(errors is not None))
+
+
+def attributes_of(error: bool) -> dict[str, str]:
+    """Of a dataset: how to have errors, where it has none."""
+    if error:
+        return {}
+    return {"error": "not estimated: error=True estimates it"}

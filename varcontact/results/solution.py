@@ -531,7 +531,8 @@ class Solution(Reported):
         output : str, Weighted or sequence of these
             "Fx", "Fy", "Mz", "normal_force", "approach", "peak_pressure",
             "contact_area" (by the dispersion of the pressure),
-            "friction_work"; "vx" or "vy" (of a shift "ux", "uy") that follow
+            "friction_work" (in steady rolling of like bodies T-gamma, with the
+            moment by spin); "vx" or "vy" (of a shift "ux", "uy") that follow
             from a force; or a `Weighted` integral of pressure and tractions.
         by : str or sequence of str
             Numbers of the scene by their paths: "vx", "vy", "spin", "Fx",
@@ -553,6 +554,7 @@ class Solution(Reported):
         error : bool
             Also an estimate of the error of each number, ``<name>_error``: the
             difference to elements twice as large, which are solved for it.
+            Without it the dataset has the attribute "error", which says so.
 
         Returns
         -------
@@ -567,7 +569,9 @@ class Solution(Reported):
             or follow from others; for solutions that are not converged, by
             theories, under laws of friction with a memory or by temperature,
             with third bodies that yield, of curved contacts, of steps of
-            viscoelastic bodies, and in full slip under a prescribed force.
+            viscoelastic bodies, beside held parts, and in full slip under a
+            prescribed force, where none is defined. In full slip under creepages
+            it is that of the limit: zero along the slip, which forces turn with.
 
         Examples
         --------

@@ -267,9 +267,10 @@ class WheelRailSolution(Reported, WheelForces):
         ----------
         output : str, Weighted or sequence of these
             Outputs of a patch, as of `Solution.gradient`: "Fx", "Fy" (along
-            the patch), "normal_force", "peak_pressure", "friction_work", ...
+            the patch), "normal_force", "peak_pressure", "friction_work" (the
+            patch's T-gamma), ...
         by : str or sequence of str
-            "y", "roll", "yaw" of the wheel set; "vertical_force"; "rail" and
+            "y", "roll", "yaw", "pitch" of the wheel set; "vertical_force"; "rail" and
             "wheel", by the z of each point of the profile near a patch; and other
             numbers of the case by their paths, as "friction", "track.cant".
         error : bool
