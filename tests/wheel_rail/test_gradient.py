@@ -11,15 +11,16 @@ from tests.wheel_rail.conditions import cone, round_rail
 from varcontact.wheel_rail import Position, Track, WheelOnRail, WheelSet
 
 RAIL = round_rail().resampled(1.0)
+CONE = cone(0.05).resampled(2.0)
 OUTPUTS = ["normal_force", "Fx", "friction_work"]
 
 
 @functools.cache
-def wheel(side=0.8, rail=RAIL, load=60e3, y=1.0, yaw=0.002):
+def wheel(side=0.8, rail=RAIL, load=60e3, profile=CONE, **place):
     case = WheelOnRail(
         track=Track(rail=rail, gauge=1433.0, gauge_height=2.0),
-        wheelset=WheelSet(wheel=cone(0.05)),
-        position=Position(y=y, yaw=yaw),
+        wheelset=WheelSet(wheel=profile),
+        position=Position(**{"y": 1.0, "yaw": 0.002} | place),
         vertical_force=load,
         dx=side,
         dy=side,
@@ -35,7 +36,12 @@ def values(solution):
 
 @pytest.mark.parametrize(
     ("name", "entry", "at", "step"),
-    [("y", "y", 1.0, 0.5), ("yaw", "yaw", 0.002, 2e-4), ("vertical_force", "load", 60e3, 6e3)],
+    [
+        ("y", "y", 1.0, 0.5),
+        ("yaw", "yaw", 0.002, 2e-4),
+        ("roll", "roll", 0.0, 1e-3),
+        ("vertical_force", "load", 60e3, 6e3),
+    ],
 )
 def test_by_position_and_load(name, entry, at, step):
     """Against differences of solutions, which scatter as elements enter."""
@@ -62,6 +68,38 @@ def test_by_the_points_of_a_profile():
 
     expected = (moved(0.02) - moved(-0.02)) / 0.04
     assert by_bump == pytest.approx(expected, rel=0.12)
+
+
+def test_by_the_points_of_a_wheel():
+    """A profile that is lifted as a whole rolls on a smaller radius; one with a bump."""
+    outputs = ["Fx", "peak_pressure", "friction_work"]
+    found = wheel().gradient(outputs, "wheel").wheel
+    middle = wheel().patches[0].patch.on_wheel[0]
+    ways = {
+        "whole": (np.ones(CONE.y.size), 0.05, [0, 2]),
+        "bump": (np.exp(-(((CONE.y - middle - 1) / 6) ** 2)), 0.02, [0, 1]),
+    }
+    for way, height, compared in ways.values():
+        by_way = (found * way).sum("wheel_point").to_numpy()[:, 0]
+
+        def moved(height, way=way):
+            solution = wheel(profile=replace(CONE, z=CONE.z + height * way))
+            own = solution.patches[0].solution
+            return np.array([own.Fx, own.pressure.max(), own.friction_work])
+
+        expected = (moved(height) - moved(-height)) / (2 * height)
+        assert by_way[compared] == pytest.approx(expected[compared], rel=0.05)
+
+
+def test_a_round_wheel_is_the_same_at_each_pitch():
+    found = wheel().gradient(OUTPUTS, "pitch").pitch
+    assert (found == 0).all()
+
+
+def test_friction_work_is_t_gamma_of_the_patch():
+    found = wheel().gradient("friction_work", "vertical_force").value
+    assert float(found.squeeze()) == pytest.approx(wheel().patches[0].t_gamma, rel=1e-6)
+    assert "error=True" in wheel().gradient("Fx", "vertical_force").error
 
 
 def test_errors_and_units():
