@@ -18,7 +18,6 @@ from varcontact.errors import SceneError
 from varcontact.gradients.contact_fields import ContactFields
 from varcontact.gradients.linearised_contact import Edge, LinearisedContact, Multipliers
 from varcontact.gradients.outputs import Output
-from varcontact.results.linearised import unit_shifts
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
@@ -140,7 +139,7 @@ class Adjoint:
         """By a prescribed creepage, or a component of a shift."""
         fields = self.about.fields
         explicit = float(self.output.partial(fields).creepage[component])
-        shifts = unit_shifts(fields.disc) * fields.disc.scales.displacement
+        shifts = fields.unit_shifts
         if component >= len(shifts):
             return explicit
         own = self.multipliers.shift.reshape(2, -1)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
+from varcontact.results.linearised import unit_shifts
 from varcontact.scene.friction import bound_under
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
@@ -104,6 +105,11 @@ class ContactFields:
             rigid = dict.fromkeys(SHIFTS, 0.0) | rigid
         known = replace(motion, Fx=None, Fy=None, **rigid)
         return self.disc.with_loading(motion=known).rigid_shift * self.disc.scales.displacement
+
+    @lazy_property
+    def unit_shifts(self) -> np.ndarray:
+        """Rigid shifts by unit creepages, (3, 2, N); 2 of them in line contact."""
+        return unit_shifts(self.disc) * self.disc.scales.displacement
 
     @lazy_property
     def slip(self) -> np.ndarray:

@@ -332,8 +332,8 @@ def _with_moving_edge(
 
 
 class _TransposedSystem:
-    """The transposed equations as one vector: shifts (2, ny, nx), distances (ny, nx), forces (k,)
-    and the load.
+    """The transposed equations as one vector: shifts (2, n) and distances (n,) of the elements in
+    contact, forces (k,) and the load.
 
     Prescribed sums border the system, weighted so that their rows are as long as others; they are
     taken out of the preconditioner by their Schur complement.
@@ -346,7 +346,8 @@ class _TransposedSystem:
         self._load = normal and contact.has_load
         self._shape = contact.disc.grid.shape
         areas = contact.areas
-        self._weight = 1 / np.sqrt(max(int(areas.contact.sum()), 1))
+        self._elements = np.flatnonzero(areas.contact)
+        self._weight = 1 / np.sqrt(max(self._elements.size, 1))
 
         # borders: uniform rigid shifts, and the approach
         self._columns = np.zeros((len(contact.free), 2, *self._shape))
@@ -400,22 +401,22 @@ class _TransposedSystem:
         """The vector of the problems that are solved."""
         vectors = [parts.forces, np.array([parts.load])]
         if self._normal:
-            vectors.insert(0, parts.distance.ravel())
+            vectors.insert(0, parts.distance.ravel()[self._elements])
         if self._tangential:
-            vectors.insert(0, parts.shift.ravel())
+            vectors.insert(0, parts.shift.reshape(2, -1)[:, self._elements].ravel())
         return np.concatenate(vectors)
 
     def _split(self, vector: np.ndarray) -> Multipliers:
         """Multipliers of a vector; zero in the problem that is not solved."""
-        size = self._shape[0] * self._shape[1]
+        size = self._elements.size
         shift = np.zeros((2, *self._shape))
         distance = np.zeros(self._shape)
         begin = 0
         if self._tangential:
-            shift = vector[: 2 * size].reshape(shift.shape)
+            shift.reshape(2, -1)[:, self._elements] = vector[: 2 * size].reshape(2, size)
             begin = 2 * size
         if self._normal:
-            distance = vector[begin : begin + size].reshape(self._shape)
+            distance.ravel()[self._elements] = vector[begin : begin + size]
             begin += size
         return Multipliers(shift, distance, vector[begin:-1], float(vector[-1]))
 
@@ -501,10 +502,9 @@ def gcr(
         # a preconditioned direction, its image orthogonal to those before
         step = precondition(residual)
         image = product(step)
-        for _ in range(2):
-            parts = images[:count] @ image
-            image -= parts @ images[:count]
-            step -= parts @ steps[:count]
+        parts = images[:count] @ image
+        image -= parts @ images[:count]
+        step -= parts @ steps[:count]
         size = float(np.linalg.norm(image))
         if not size > 0:
             break
