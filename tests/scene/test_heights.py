@@ -154,7 +154,7 @@ def with_hole():
 @pytest.mark.parametrize(
     ("source", "options", "field", "words"),
     [
-        (with_hole(), {"spacing": 0.1}, "source", "1 heights are missing, the first at (3, 4)"),
+        (with_hole(), {"spacing": 0.1}, "source", "heights missing, the first at (3, 4)"),
         (np.ma.masked_greater(HEIGHTS, 1.0), {"spacing": 0.1}, "source", "without holes"),
         (topography(x=np.append(X[:-1], 9.0)), {}, "source", "evenly spaced"),
         (topography(), {"spacing": 0.1}, "spacing", "left out"),

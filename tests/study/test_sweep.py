@@ -483,6 +483,10 @@ def test_errors_come_whole_out_of_other_processes(error):
         ),
         (lambda s: vc.sweep(s, {"mu": [1.0]}), 'over: the scene has no "mu"'),
         (
+            lambda s: vc.sweep(s, {"vx": [1.0]}),
+            r'over: the scene has no "vx" \(did you mean motion.vx\?\)',
+        ),
+        (
             lambda s: vc.sweep(s, {"friction.static": [1.0]}),
             'no "friction.static": friction is float',
         ),

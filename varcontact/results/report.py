@@ -363,7 +363,7 @@ def _methods(sol: Solution) -> Rows:
 def _after_method(sol: Solution, name: str) -> str:
     """The passes of the coupling, or the solver whose answer it is where another was chosen."""
     if name == "coupling" and sol.passes and sol.friction is None:
-        return f", {len(sol.passes)} passes"
+        return f", {_counted_passes(len(sol.passes))}"
     solver = sol.solved_by.get(name, "")
     return f"; solved by {solver}" if solver not in ("", getattr(sol.plan, name)) else ""
 
@@ -383,12 +383,15 @@ def _friction_law(sol: Solution) -> str:
     if coefficients is not None:
         least, largest = coefficients
         text += f": coefficient {least:.4g} to {largest:.4g} in the slip area"
-    count = len(sol.passes)
-    if count > 1:
-        text += f"; {count} passes, the last changed {sol.passes[-1][0]:.0e}"
-    elif count == 1:
-        text += "; 1 pass"
+    if sol.passes:
+        text += f"; {_counted_passes(len(sol.passes))}"
+    if len(sol.passes) > 1:
+        text += f", the last changed {sol.passes[-1][0]:.0e}"
     return text
+
+
+def _counted_passes(count: int) -> str:
+    return "1 pass" if count == 1 else f"{count} passes"
 
 
 def _unit(sol: Solution, quantity: str) -> str:

@@ -143,8 +143,9 @@ def _without_holes(values: Any) -> np.ndarray:
     holes = holes | ~np.isfinite(heights)
     if holes.any():
         first = tuple(int(each[0]) for each in np.nonzero(holes))
-        allowed = f"without holes: {int(holes.sum())} heights are missing, the first at {first}"
-        raise SceneError("source", int(holes.sum()), f"{allowed}; fill them first")
+        missing = f"{int(holes.sum())} of {holes.size} heights missing, the first at {first}"
+        message = f"source must be without holes: {missing}; fill them first"
+        raise SceneError("source", missing, "heights without holes", message=message)
     return heights
 
 

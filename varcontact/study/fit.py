@@ -364,7 +364,7 @@ class _Curve:
                 options[name] = float(value)
             else:
                 entries[name] = float(value)
-        scene = changed(self.scene, entries)
+        scene = changed(self.scene, entries, given_as="parameters")
         methods: Any = {self.method: options} if options else [self.method]
         return scene, options, creep_curve(scene, methods, by=self.by, **self.creepages)
 

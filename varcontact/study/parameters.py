@@ -98,14 +98,17 @@ def _values(field: str, given: Any, numbers: bool) -> list[Any]:
     return values
 
 
-def changed(owner: Owner, values: Mapping[str, Any], what: str = "scene") -> Owner:
+def changed(
+    owner: Owner, values: Mapping[str, Any], what: str = "scene", given_as: str = "over"
+) -> Owner:
     """A scene, or a wheel set, with entries replaced, named as `scenes_over` names them."""
     old: Any = owner
     parts: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
         message = _why_not_entry(old, name, value, what)
         if message:
-            raise SceneError("over", name, f"a number of the {what}", message=f"over: {message}")
+            allowed = f"a number of the {what}"
+            raise SceneError(given_as, name, allowed, message=f"{given_as}: {message}")
         part, _, entry = name.partition(".")
         parts.setdefault(part, {})[entry] = value
     if not parts:
@@ -123,7 +126,7 @@ def _why_not_entry(owner: Any, name: str, value: Any, what: str) -> str:
     part, _, entry = name.partition(".")
     parts = [field.name for field in fields(owner)]
     if part not in parts:
-        return f'the {what} has no "{name}"{checks.nearest(part, parts)}'
+        return f'the {what} has no "{name}"{_nearest_entry(owner, name)}'
     inside = getattr(owner, part)
     entries = [field.name for field in fields(inside)] if is_dataclass(inside) else []
     if entry and entry not in entries:
@@ -135,3 +138,13 @@ def _why_not_entry(owner: Any, name: str, value: Any, what: str) -> str:
     if not entry and entries and not is_dataclass(value):
         return f'"{name}" is no number (as "{part}.{entries[0]}")'
     return ""
+
+
+def _nearest_entry(owner: Any, name: str) -> str:
+    """Suggestion of the entry of a part with this name, `motion.vx` for `vx`, or of a near part."""
+    parts = [field.name for field in fields(owner)]
+    for part in parts:
+        inside = getattr(owner, part)
+        if is_dataclass(inside) and name in [field.name for field in fields(inside)]:
+            return f" (did you mean {part}.{name}?)"
+    return checks.nearest(name.partition(".")[0], parts)
