@@ -297,11 +297,8 @@ def rolling(
                 "spin": creepage.spin,
                 "friction": friction,
             }
-            if case.bodies.relaxes:
-                raise SceneError(
-                    "bodies", case.bodies, "elastic half-spaces: estimates are of these"
-                )
-            forces = creep_forces(tangential, bodies=case.half_spaces, **arguments | options)
+            bodies = case.elastic_half_spaces
+            forces = creep_forces(tangential, bodies=bodies, **arguments | options)
             Fx = forces.Fx
             Fy = forces.Fy
             moment = forces.Mz

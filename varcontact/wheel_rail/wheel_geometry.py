@@ -358,6 +358,13 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         return self.bodies.surfaces
 
     @property
+    def elastic_half_spaces(self) -> Bodies:
+        """The bodies of an estimate; viscoelastic ones are refused."""
+        if self.bodies.relaxes:
+            raise SceneError("bodies", self.bodies, "elastic half-spaces: estimates are of these")
+        return self.half_spaces
+
+    @property
     def tractions_bear_load(self) -> bool:
         """True where tractions carry a part of the vertical force, or change the pressures."""
         return self.with_friction or self.bodies.coupled or self.curved
