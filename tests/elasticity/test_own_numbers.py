@@ -84,7 +84,7 @@ def test_half_spaces_by_their_numbers_are_half_spaces(make, known, motion):
     assert own.combined_G == pytest.approx(known.combined_G, rel=1e-12)
     assert own.combined_nu == pytest.approx(known.combined_nu, rel=1e-12)
     friction = None if motion is None else 0.3
-    options = {"tol": 1e-11} if motion is not None else {}
+    options = {"tol": 1e-11, "certify": "full"} if motion is not None else {}
     found, expected = (
         vc.solve(scene(bodies, friction=friction, motion=motion), **options)
         for bodies in (own, known)

@@ -79,7 +79,7 @@ def test_tractions_wait_until_normal_forces_are_near_the_load():
 def test_what_bears_no_load():
     search = BearingHeight(wheel(), TOL)
     search.propose()
-    with pytest.raises(SceneError, match="friction lifts it") as refused:
+    with pytest.raises(SceneError, match="friction lifts the rail") as refused:
         search.learn(-1.0)
     assert refused.value.field == "vertical_force"
     search = BearingHeight(wheel(), TOL)

@@ -189,7 +189,7 @@ def test_a_refusal_names_the_moment_and_by_how_much_it_is_short():
     """
     case = in_curve(600e3, free=STEERED[1:])
     with pytest.raises(
-        SceneError, match=r"at yaw = .* the yaw_moment is short by -?\d.* N mm"
+        SceneError, match=r"yaw = .* the yaw_moment is short by -?\d.* N mm"
     ) as caught:
         case.estimate()
     assert caught.value.field == "yaw_moment"
