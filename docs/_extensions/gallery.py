@@ -64,7 +64,12 @@ SMALLER: dict[str, dict[str, Any]] = {
     "fig30_to_33_rolling_cylinders": {"cells": 40},
     "fig34_spheres": {"cells": 13},
     "fig36_37_rolling_spheres": {"cells": 1},
-    "gauge_corner_rolling": {"half_widths": (3.0,), "step": 0.8, "waves": 9},
+    "gauge_corner_rolling": {
+        "picture": "gauge_corner_rolling.png",
+        "half_widths": (3.0,),
+        "step": 0.8,
+        "waves": 9,
+    },
     "fitted_creep_curve": {"cells": 6, "points": 6},
     "spence_indentation": {"cells": 20, "presses": 12},
     "temperature": {"cells": 16, "points": 8},
