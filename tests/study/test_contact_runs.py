@@ -176,10 +176,7 @@ def test_slip_from_above_is_the_other_solution(tmp_path):
         assert case.methods.get("start") == start
 
 
-@pytest.mark.parametrize(("bound", "FY", "MZ"), [(3, -15050.0, -39000.0), (2, -14800.0, -48290.0)])
-def test_fastsim_as_contact_marches_it(tmp_path, bound, FY, MZ):
-    """Published of the guide's section 5.13 (revision 2707): a = 8, b = 4 mm, CETA = -CPHI."""
-    given = f""" 3 MODULE
+SIMPLIFIED = """ 3 MODULE
  2{bound}3100
  022320
  0000001
@@ -189,9 +186,14 @@ def test_fastsim_as_contact_marches_it(tmp_path, bound, FY, MZ):
  0.0 0.4 30000.
  0.28 0.28 82000. 82000.
  1.0 1.0 1.0
- -3
- 44 44 8.0 4.0 1.1
 """
+"""Simplified theory with three flexibilities; the pressure by `bound`."""
+
+
+@pytest.mark.parametrize(("bound", "FY", "MZ"), [(3, -15050.0, -39000.0), (2, -14800.0, -48290.0)])
+def test_fastsim_as_contact_marches_it(tmp_path, bound, FY, MZ):
+    """Published of the guide's section 5.13 (revision 2707): a = 8, b = 4 mm, CETA = -CPHI."""
+    given = SIMPLIFIED.format(bound=bound) + " -3\n 44 44 8.0 4.0 1.1\n"
     (found,) = values(tmp_path, given + STOP)
     assert found["FY"] == pytest.approx(FY, abs=5)
     assert found["MZ"] == pytest.approx(MZ, abs=5)
@@ -201,28 +203,17 @@ def test_fastsim_under_pressures_that_are_solved_for(tmp_path):
     """B = 0: of Hertz's surface they are nearly elliptic; of another contact the flexibilities are
     those of its equivalent ellipse.
     """
-    given = """ 3 MODULE
- 2{bound}3100
- 022320
- 0000001
- 80 200 5 1 1e-6
- 82000. 0.0 -0.000625 0.000625
- 0.3 0.3
- 0.0 0.4 30000.
- 0.28 0.28 82000. 82000.
- 1.0 1.0 1.0
-"""
     hertz = " -3\n 44 44 8.0 4.0 1.1\n"
-    (prescribed,) = values(tmp_path, given.format(bound=2) + hertz + STOP)
-    (solved,) = values(tmp_path, given.format(bound=0) + hertz + STOP)
+    (prescribed,) = values(tmp_path, SIMPLIFIED.format(bound=2) + hertz + STOP)
+    (solved,) = values(tmp_path, SIMPLIFIED.format(bound=0) + hertz + STOP)
     for name in ("FN", "FY", "MZ", "PMAX"):
         assert solved[name] == pytest.approx(prescribed[name], rel=0.01)
-    scene = cases(tmp_path, given.format(bound=0) + hertz + STOP)[0].scene
+    scene = cases(tmp_path, SIMPLIFIED.format(bound=0) + hertz + STOP)[0].scene
     load = scene.hertz
     quadratic = (
         f" 1\n 44 44 -8.8 -4.4 0.4 0.2\n 1 1\n {0.5 / load.Rx!r} 0. {0.5 / load.Ry!r} 0. 0. 0.\n"
     )
-    (sampled,) = values(tmp_path, given.format(bound=0) + quadratic + STOP)
+    (sampled,) = values(tmp_path, SIMPLIFIED.format(bound=0) + quadratic + STOP)
     for name in ("FN", "FY", "MZ", "PMAX"):
         assert sampled[name] == pytest.approx(solved[name], rel=0.02)
 
