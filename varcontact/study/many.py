@@ -155,12 +155,12 @@ def solve_many(
     near = None if start is None else _near(start, many)
     table = _Table.empty(len(many), steps, fields or bounded, bounded)
     # those that fit, in batches
+    batched = []
+    if not inputs:
+        batched = [i for i in accepted if not (bounded and _bounds_need_solve(many[i]))]
     if steps:
-        batched = [] if bounded else accepted
         table.put_batched(*march_batches(many, tol, batched))
-    elif not inputs:
-        # bounds are of tractions alone, whose creepages have to be prescribed
-        batched = [i for i in accepted if not (bounded and _has_forces(many[i]))]
+    else:
         table.put_batched(*solve_batches(many, tol, accuracy, table.fields, near, batched))
     if bounded:
         table.put_bounds(many)
@@ -180,6 +180,11 @@ def solve_many(
     if fields:
         columns |= _field_arrays(table.fields or {}, len(many))
     return xr.Dataset(columns)
+
+
+def _bounds_need_solve(scene: Scene) -> bool:
+    """Batches bound tractions alone: not of steps, and under creepages that are prescribed."""
+    return isinstance(scene.motion, Transient) or _has_forces(scene)
 
 
 @dataclass(frozen=True)
