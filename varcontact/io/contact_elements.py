@@ -1,4 +1,4 @@
-"""Elements, undeformed distance and fields of CONTACT's basic contacts (module 3)."""
+"""Elements, undeformed distance, load and fields of CONTACT's basic contacts (module 3)."""
 
 from __future__ import annotations
 
@@ -114,7 +114,15 @@ def _far(distance: np.ndarray, grid: Grid) -> float:
     return float(np.max(np.abs(distance), initial=0.0) + grid.nx * dx + grid.rows * dy)
 
 
-def hertzian(case: CaseInput, bodies: Bodies, load: dict[str, Any]) -> tuple[Any, Grid]:
+def load_of(case: CaseInput) -> dict[str, Any]:
+    """The normal force, or the approach."""
+    load = case.entries["kinematics"].number(0)
+    if case.controls["NORM"] == 0:
+        return {"approach": load}
+    return {"normal_force": load}
+
+
+def hertzian(case: CaseInput, bodies: Bodies) -> tuple[Any, Grid]:
     """Surface and elements of a Hertzian contact, IPOTCN = -1 to -3."""
     kind: Group
     group: Group
@@ -124,7 +132,7 @@ def hertzian(case: CaseInput, bodies: Bodies, load: dict[str, Any]) -> tuple[Any
     first, second, scale = (group.number(k) for k in range(2, 5))
     with located(group):
         surface = _hertzian_surface(ipotcn, first, second, bodies)
-        scene: Scene[None] = Scene(bodies=bodies, surface=surface, **load)
+        scene: Scene[None] = Scene(bodies=bodies, surface=surface, **load_of(case))
     contact = scene.hertz
     if contact is None or scale <= 0:
         group.refuse("SCALE", scale, "with this load gives no potential contact")

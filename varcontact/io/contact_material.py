@@ -110,6 +110,15 @@ def _solid(G: float, nu: float, part: float, time: float) -> Bodies | Viscoelast
     return Viscoelastic(G=G, nu=nu, relaxations=((part, time),))
 
 
+def flexibility_of(case: CaseInput) -> tuple[float | None, tuple[float, ...]]:
+    """The flexibility of simplified theory, which M = 2 gives alone, and its slopes."""
+    if case.controls["MATER"] != 2:
+        return None, tuple(case.needs("slope", "MATER", "slopes", "C = 2").numbers())
+    group: Group = case.needs("flexibility", "MATER", "a flexibility", "C = 2")
+    flexibility, *slope = group.numbers()
+    return flexibility, tuple(slope)
+
+
 def layer_of(case: CaseInput) -> ThirdBody | None:
     """The third body of M = 4."""
     if case.controls["MATER"] != LAYERED:

@@ -13,7 +13,7 @@ import numpy as np
 from varcontact.elasticity.own import Elasticity
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.io.contact_elements import ringed
-from varcontact.io.contact_input import ContactCase
+from varcontact.io.contact_scenes import ContactCase
 from varcontact.io.contact_stresses import extremes_below
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
