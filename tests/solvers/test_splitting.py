@@ -1,11 +1,13 @@
 """Projection and contraction: its theorem, and the answers of active sets from any start."""
 
 import dataclasses
+import tracemalloc
 
 import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.benchmarks.splitting import problems
 from tests.scenes import make_scene
 from tests.solving.test_conformal import uneven
 from varcontact.discrete.discretisation import discretise
@@ -18,6 +20,7 @@ from varcontact.solvers.interface import Settings, natural_residual
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.normal import ScaledNormal
 from varcontact.solvers.newton.tangential import ScaledTangential
+from varcontact.solvers.registry import BYTES_SPLITTING
 from varcontact.solvers.splitting import method
 from varcontact.solvers.splitting.inequality import Inequality
 from varcontact.solvers.splitting.method import splitting_normal, splitting_tangential
@@ -223,7 +226,7 @@ def test_a_layer_that_yields(tangential_problem, carried):
     assert np.linalg.norm(raw.traction, axis=0).max() > 1.01 * threshold
 
 
-@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3, 1e6])
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3, 1e6, 1e60])
 def test_from_any_start(rolling_problem, normal_problem, size):
     rng = np.random.default_rng(3)
     for problem in (rolling_problem, normal_problem(4)):
@@ -231,6 +234,17 @@ def test_from_any_start(rolling_problem, normal_problem, size):
         off = size * np.abs(right.traction).max() * rng.normal(size=right.traction.shape)
         start = RawSolution(right.traction + off, right.rigid + size * rng.normal(), 0, "start")
         check(problem, split(problem, start))
+
+
+def test_memory_is_what_a_plan_says():
+    problem = dict(problems(48))["shift"]
+    unknowns = 2 * problem.operator.elements.size
+    split(problem)
+    tracemalloc.start()
+    split(problem)
+    taken = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert 0.5 * BYTES_SPLITTING * unknowns <= taken <= BYTES_SPLITTING * unknowns
 
 
 @pytest.mark.parametrize("step", [0.02, 0.01])

@@ -41,9 +41,6 @@ IDLE_STEPS = 5
 IDLE_CHANGE = 1e-4
 """Change in a step, relative to the largest traction, with which a march hardly moves."""
 
-BYTES_MATRIX_FREE = 900.0
-"""Bytes of memory at the peak of Newton's method without a matrix, per unknown, with influence
-numbers and fields."""
 DENSE_MATRICES = 4.3
 """Dense matrices at the peak of active sets; a program takes three times as many for each of its
 blocks."""
@@ -229,7 +226,7 @@ def peak(spec: SolverSpec | None, formulation: str, unknowns: float) -> float:
     519 MiB
     """
     if spec is not None and spec.matrix_free:
-        return BYTES_MATRIX_FREE * unknowns
+        return spec.bytes_per_unknown * unknowns
     blocks = 2 if formulation in ("gap", "potential") else 1
     matrices = DENSE_MATRICES
     if spec is not None and spec.states_program:

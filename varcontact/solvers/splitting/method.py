@@ -241,17 +241,24 @@ def _candidate(fixed_point: FixedPoint, now: Iterate, extrapolation: Extrapolati
     """The extrapolation of ``u - Q e``, Q the circulant near ``(I + gamma M)^-1``; its product in
     single precision where that is enough.
     """
-    step = -fixed_point.inverse(now.error)
+    # what single precision takes is of the size of one, as its range is short
+    step = -now.size * fixed_point.inverse(now.error / now.size)
     u = extrapolation.next_point(now.u, step)
     change = u - now.u
-    largest = float(np.abs(now.projection).max()) + np.finfo(float).tiny
-    noise = now.noise + NOISE_SINGLE * float(np.abs(change).max()) / largest
+    moved = _size_or_one(change)
+    noise = now.noise + NOISE_SINGLE * moved / _size_or_one(now.projection)
     if noise <= NOISE_PART * now.residual * fixed_point.least_gamma:
-        image = now.image + fixed_point.product.apply(change.astype(np.float32))
+        part = (change / moved).astype(np.float32)
+        image = now.image + moved * fixed_point.product.apply(part).astype(float)
         candidate = fixed_point.iterate(u, image, now.multipliers, noise)
         if noise <= candidate.residual:
             return candidate
     return fixed_point.iterate(u, fixed_point.product.apply(u), now.multipliers)
+
+
+def _size_or_one(field: np.ndarray) -> float:
+    """The largest number of a field, one where there is none but zero."""
+    return float(np.abs(field).max()) or 1.0
 
 
 def _contracted(
@@ -271,7 +278,7 @@ def _contracted(
 def contraction(inequality: Inequality, now: Iterate) -> Iterate:
     """A step from a point in double precision, nearer to the solution in the norm of H."""
     q = now.error + inequality.gamma * inequality.product.transposed(now.error)
-    step = inequality.metric(q)
+    step = now.size * inequality.metric(q / now.size)
     length = CONTRACTION * now.size**2 / float(np.vdot(q, step))
     image = now.image - length * inequality.product.apply(step)
     return inequality.iterate(now.u - length * step, image, now.multipliers)
