@@ -234,3 +234,26 @@ def test_residual_stress_between_samples_is_that_of_the_splines():
     own = residual_at(residual, y, z, np.zeros((5, 2), dtype=int))
     expected = np.einsum("pqc,c->pq", space.rows(y, z), coefficients)
     assert own[:, [0, 2, 3, 4]] == pytest.approx(expected, abs=1e-10)
+
+
+def test_bounds_before_and_behind_the_passage_hold():
+    way = passage(ellipse(f=0.3, n=6), 2, ones).half()
+    closed = families(way)
+    residual = CellResidual(way.y, way.depth, closed.axial_stress)
+    proof = PointProof.of(way, residual, ones, closed.axial)
+    # an aim so low that the size of the stress is not enough next to the passage
+    aim = 0.7 * proof._ahead(1.0)[1]
+    boxes, found, added = proof._ahead(aim)
+    assert boxes.low.size > 0
+    bound = max(found, float(np.max(proof._bounded(boxes, aim).bound)) + added)
+    # places to 300 times the half-length of the passage
+    rng = np.random.default_rng(6)
+    starts_y, starts_z = residual.starts
+    cell = np.stack([rng.choice(starts_y, 4000), rng.choice(starts_z, 4000)], axis=1)
+    y = rng.uniform(way.y[cell[:, 0]], way.y[cell[:, 0] + 2])
+    z = rng.uniform(way.depth[cell[:, 1]], way.depth[cell[:, 1] + 2])
+    middle = (way.x[0] + way.x[-1]) / 2
+    reach = (way.x[-1] - way.x[0]) / 2
+    x = middle + rng.choice([-1, 1], 4000) * reach * 10 ** rng.uniform(0, 2.5, 4000)
+    stress = proof.field.stress(np.array([x, y, z])) + residual_at(residual, y, z, cell)
+    assert np.linalg.norm(stress, axis=1).max() <= bound

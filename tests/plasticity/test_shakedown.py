@@ -306,6 +306,30 @@ def test_solutions_without_a_limit(sliding):
         vc.shakedown("contact", 1.0)
 
 
+def test_bodies_whose_stresses_are_not_known():
+    rolling = vc.Steady(vx=1e-3)
+    steel = vc.Bodies(G=80e9, nu=0.3)
+    pin = vc.Scene(
+        bodies=steel,
+        surface=vc.PinInHole(R=0.010, clearance=5e-6),
+        normal_force=1e6,
+        friction=0.3,
+        motion=rolling,
+        grid=vc.Grid(nx=40),
+    )
+    springs = vc.Scene(
+        bodies=vc.Winkler(h=1e-3, E=200e9, G=80e9),
+        surface=vc.Paraboloids(Rx=0.3, Ry=0.3),
+        normal_force=1e4,
+        friction=0.3,
+        motion=rolling,
+        grid=vc.Grid(nx=8, ny=8),
+    )
+    for scene, reason in ((pin, "pin"), (springs, "not known")):
+        with pytest.raises(SceneError, match=reason):
+            vc.shakedown(vc.solve(scene), 1e9)
+
+
 # ----------------------------------------------------------------------- proofs of line contacts
 
 
