@@ -29,6 +29,7 @@ ROLLING_RADIUS = 460.0
 RADII = np.array([300.0, 80.0, 13.0])
 TANGENT_POINTS = np.array([10.228, 26.0265])
 LATERAL_SHIFT = -5.0  # of the wheel set, to the left positive
+METHODS = ("conic", "convex", "active-set", "kalker")
 
 
 def rail_profile(y: np.ndarray, inclination: float) -> np.ndarray:
@@ -88,13 +89,22 @@ def scene(nx: int = 32, ny: int = 24) -> vc.Scene:
     )
 
 
-def main(picture: str = "wheel_on_rail.png") -> vc.Solution:
-    """Solve, print the report with its certificate, and draw."""
-    solution = vc.solve(scene(), normal="clarabel", tangential="clarabel")  # as convex programs
+def main(picture: str = "wheel_on_rail.png") -> tuple[vc.Solution, dict[str, vc.Solution]]:
+    """Solve as convex programs, print the report with its certificate, and draw; then compare four
+    methods on elements of twice the size.
+    """
+    solution = vc.solve(scene(), method="convex")
     print(solution)
     solution.plot().savefig(picture, dpi=150)
     print(f"\npicture: {Path(picture).resolve()}")
-    return solution
+
+    print("\non 16 x 12 elements:")
+    print(f"{'method':12} {'Fx [N]':>12} {'Fy [N]':>12} {'residual':>9} {'seconds':>8}")
+    compared = {method: vc.solve(scene(16, 12), method=method) for method in METHODS}
+    for method, each in compared.items():
+        forces = f"{each.Fx:12.5f} {each.Fy:12.5f}"
+        print(f"{method:12} {forces} {each.certificate.residual:9.1e} {each.timing['total']:8.3f}")
+    return solution, compared
 
 
 if __name__ == "__main__":
