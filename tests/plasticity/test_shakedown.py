@@ -9,9 +9,9 @@ import varcontact as vc
 from tests.plasticity.fields import ellipse, line, mcewen
 from tests.plasticity.march import marched
 from varcontact.errors import NotConverged, SceneError
-from varcontact.plasticity.balls import ANY, AXIAL, smallest_balls
+from varcontact.plasticity.balls import ANY, AXIAL, families, smallest_balls
 from varcontact.plasticity.half_plane import HalfPlane
-from varcontact.plasticity.limits import of_half_the_elements
+from varcontact.plasticity.limits import Search, _by_programs, _Found, of_half_the_elements
 from varcontact.plasticity.line_contact import line_limit, line_passage, with_proof
 from varcontact.plasticity.melan import lower_bound
 from varcontact.plasticity.passage import _layer as stress_layer
@@ -128,6 +128,23 @@ def test_programs_close_the_gap():
     assert limit.mode == "surface flow"
     assert limit.flow[0] == pytest.approx(1.0, abs=0.02) or limit.flow[0] < -0.98
     assert any("lower bound" in stage for stage in stages)
+
+
+def test_where_the_surface_slides_alone_no_velocities_are_sought():
+    stages = []
+    way = passage(ellipse(f=0.4, n=8), 2, ones).half()
+    search = Search("none", 1e-4, None, stages.append)
+    found = _by_programs(_Found.closed(families(way), way, search), search, ones, 1e-4)
+    assert found.place[1] == 0
+    assert any("lower bound" in stage for stage in stages)
+    assert not any("upper bound" in stage for stage in stages)
+
+
+@pytest.mark.parametrize(("f", "slides"), [(0.2, False), (0.4, True)])
+def test_programs_dissipate_where_the_body_flows(f, slides):
+    way = passage(ellipse(f=f, n=8), 2, ones).half()
+    bound = lower_bound(way, ResidualSpace.around(way, 6, 3, 7), np.inf, quiet)
+    assert (bound.at_surface > 0.98, bound.at_surface < 0.2) == (slides, not slides)
 
 
 @pytest.mark.slow

@@ -45,6 +45,9 @@ SPLINES = (14, 5, 16)
 FINER_SPLINES = (20, 6, 20)
 MESHES = ((9, 4, 10), (18, 4, 14))
 """Rectangles of velocities, likewise."""
+MOSTLY = 0.5
+"""Part of the dissipation at the surface above which the limit is that of its sliding: velocities
+below it and finer stresses gain nothing."""
 SAME_LIMIT = 1e-3
 """Difference of two limits that is none, relative."""
 SLENDER = 6.0
@@ -463,20 +466,23 @@ class _Found:
 
 
 def _by_programs(found: _Found, search: Search, strength: Strength, gap: float) -> _Found:
-    """Bounds by programs, until the gap is closed: residual stresses, velocities on two meshes,
-    finer residual stresses.
+    """Bounds by programs, until the gap is closed: residual stresses; where the surface does not
+    slide alone, velocities on two meshes, and finer residual stresses.
     """
     by_least = _by_least(found.passage, strength)
     margins = None
     if found.passage.field is not None:
         margins = PointProof.of(found.passage, found.by_cell, by_least, 1.0).surface_margins()
-    found = _with_stresses(found, SPLINES, search, gap, margins)
+    bound = _with_stresses(found, SPLINES, search, gap, margins)
+    found = found.with_lower(bound)
+    if bound.at_surface > MOSTLY:
+        return found
     for sizes in MESHES:
         if not found.ended(gap):
             mesh = flow_mesh(found.passage, *sizes)
             found = found.with_upper(upper_bound(found.passage, mesh, by_least, search.report))
     if not found.ended(gap):
-        found = _with_stresses(found, FINER_SPLINES, search, gap, margins)
+        found = found.with_lower(_with_stresses(found, FINER_SPLINES, search, gap, margins))
     return found
 
 
@@ -510,11 +516,11 @@ def _with_stresses(
     search: Search,
     gap: float,
     margins: np.ndarray | None,
-) -> _Found:
+) -> LowerBound:
     """The lower bound by residual stresses with so many splines."""
     across, beside, down = sizes
     if found.passage.depth[-1] > SLENDER:
         down += 3
     space = ResidualSpace.around(found.passage, across, beside, down)
     enough = (1 - gap) * found.upper
-    return found.with_lower(lower_bound(found.passage, space, enough, search.report, margins))
+    return lower_bound(found.passage, space, enough, search.report, margins)
