@@ -14,7 +14,7 @@ from varcontact.errors import NoContact, NotConverged, SceneError, VarcontactErr
 from varcontact.io.contact_stresses import extremes_below, points_of
 from varcontact.results.solution import Solution
 from varcontact.theories.fastsim_contact import SimplifiedTheory, contact_fastsim
-from varcontact.wheel_rail.contact_input import RailSprings, WheelCase
+from varcontact.wheel_rail.contact_cases import RailSprings, WheelCase
 from varcontact.wheel_rail.history import wheel_on_rail_history
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.patches import joined, tangent_of
