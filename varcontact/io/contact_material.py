@@ -110,13 +110,14 @@ def _solid(G: float, nu: float, part: float, time: float) -> Bodies | Viscoelast
     return Viscoelastic(G=G, nu=nu, relaxations=((part, time),))
 
 
-def flexibility_of(case: CaseInput) -> tuple[float | None, tuple[float, ...]]:
+def flexibility_of(case: CaseInput) -> tuple[float | None, tuple[float, float, float]]:
     """The flexibility of simplified theory, which M = 2 gives alone, and its slopes."""
     if case.controls["MATER"] != 2:
-        return None, tuple(case.needs("slope", "MATER", "slopes", "C = 2").numbers())
+        start, rest, decay = case.needs("slope", "MATER", "slopes", "C = 2").numbers()
+        return None, (start, rest, decay)
     group: Group = case.needs("flexibility", "MATER", "a flexibility", "C = 2")
-    flexibility, *slope = group.numbers()
-    return flexibility, tuple(slope)
+    flexibility, start, rest, decay = group.numbers()
+    return flexibility, (start, rest, decay)
 
 
 def layer_of(case: CaseInput) -> ThirdBody | None:
