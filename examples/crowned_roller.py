@@ -60,7 +60,7 @@ class Design:
         """The 12-norm of the pressure, and its derivatives by the numbers."""
         solution = self.solve(numbers)
         self.solutions.append(solution)
-        found = solution.gradient(vc.PeakPressure(power=12), by="distance")
+        found = solution.gradient(vc.PeakPressure(power=12), by="distance", error=False)
         by_rows = found.distance.sum("x").to_numpy()
         return float(found.value), by_rows @ self.splines * UNIT
 

@@ -264,6 +264,77 @@ def test_a_moving_edge_sums_to_the_load_of_a_following_grid():
     assert abs(moving - following) < abs(held - following)
 
 
+ROLLED_ON = vc.Grid(nx=20, ny=20, dx=0.14, dy=0.14, x0=-1.4, y0=-1.38)
+WAVES = [lambda x, y: 1 + 0 * x, lambda x, y: x * y, lambda x, y: np.cos(3 * x + y)]
+"""Undulations of the distance."""
+
+
+PAIR = vc.Paraboloids(100.0, 90.0)
+
+
+def rolled_over(grid, surface):
+    return contact(normal_force=None, approach=0.0085, surface=surface, grid=grid)
+
+
+@pytest.mark.parametrize("undulation", WAVES)
+def test_errors_of_a_moving_edge_come_by_default_and_hold(undulation):
+    """Against elements of a third, by undulations that all grids resolve: the bars of elements sum
+    to more than what is left.
+    """
+    found = solved(rolled_over(ROLLED_ON, PAIR)).gradient("Fx", "distance")
+    fine = vc.Grid(nx=60, ny=60, dx=0.14 / 3, dy=0.14 / 3, x0=-1.4, y0=-1.38)
+    better = vc.solve(rolled_over(fine, PAIR)).gradient("Fx", "distance", error=False)
+    along = [
+        float((each.distance * undulation(*np.meshgrid(each.x, each.y))).sum())
+        for each in (found, better)
+    ]
+    bar = float((found.distance_error * np.abs(undulation(*np.meshgrid(found.x, found.y)))).sum())
+    assert abs(along[0] - along[1]) < bar
+    assert "distance_error" not in better
+
+
+@pytest.mark.parametrize("nx", [20, 21])
+def test_errors_by_distances_that_are_given_by_elements(nx):
+    """Near those of the same surface by its radii."""
+    grid = replace(ROLLED_ON, nx=nx)
+    samples = grid.x**2 / 200 + grid.y[:, None] ** 2 / 180
+    by_samples, by_radii = (
+        solved(rolled_over(grid, surface)).gradient("Fx", "distance")
+        for surface in (vc.SampledDistance(samples), PAIR)
+    )
+    assert by_samples.distance_error.shape == grid.shape
+    bars = [float(each.distance_error.sum()) for each in (by_samples, by_radii)]
+    assert bars[0] == pytest.approx(bars[1], rel=0.2)
+
+
+def test_rows_of_four_elements_have_no_slope_at_the_edge():
+    """Their inner pressures are equal but for rounding: a ratio of slopes would be any number."""
+    sol = solved(rolled_over(vc.Grid(nx=10, ny=10, dx=0.28, dy=0.28, x0=-1.4, y0=-1.38), PAIR))
+    assert 4 in (sol.pressure > 0).sum(axis=1)
+    found = sol.gradient("Fx", "distance", error=False).distance
+    held = sol.gradient("Fx", "distance", edge="held").distance
+    assert float(np.abs(found).max()) < 10 * float(np.abs(held).max())
+
+
+def test_errors_by_friction_of_each_element_sum_to_that_of_one_number():
+    """The bars of elements are shares of the difference of larger ones."""
+    scene = contact(grid=ROLLED_ON)
+    one = solved(scene).gradient("Fx", "friction", error=True)
+    field = replace(scene, friction=np.full(ROLLED_ON.shape, 0.3))
+    each = solved(field).gradient("Fx", "friction", error=True)
+    assert float(each.friction.sum()) == pytest.approx(float(one.friction), rel=1e-9)
+    assert float(each.friction_error.sum()) >= 0.999 * float(one.friction_error)
+
+
+def test_errors_of_an_output_with_weights_by_elements():
+    """Twice the weight has twice the error."""
+    sol = solved(contact(grid=ROLLED_ON))
+    weights = np.cos(ROLLED_ON.x) + 0 * ROLLED_ON.y[:, None]
+    outputs = [vc.Weighted(factor * weights, name=f"{factor}") for factor in (1.0, 2.0)]
+    found = sol.gradient(outputs, "normal_force", error=True).normal_force_error
+    assert 0 < float(found[0]) == pytest.approx(float(found[1]) / 2, rel=1e-9)
+
+
 @pytest.mark.parametrize("edge", ["centres", "softened"])
 def test_with_hertz_pressure_the_grid_follows_his_ellipse(edge):
     """Differences of solutions on grids that are relative to the contact, to their noise."""
@@ -309,15 +380,31 @@ def test_a_weighted_output_is_any_linear_functional():
     assert np.allclose(found.normal_force, expected, rtol=2e-6)
 
 
+@pytest.mark.parametrize("output", [vc.PeakPressure(power=12), "peak_pressure"])
+def test_the_peak_pressure_is_that_of_differences(output):
+    """Held areas, by load and radius; of the largest pressure itself while one element has it."""
+    scene = contact(LIKE, grid=vc.Grid(nx=14, ny=14, dx=0.2, dy=0.2, x0=-1.43, y0=-1.33))
+    found = solved(scene).gradient(output, ("normal_force", "surface.Ry"), edge="held")
+
+    def loaded(v):
+        return replace(scene, normal_force=v)
+
+    def curved(v):
+        return replace(scene, surface=vc.Paraboloids(100.0, v))
+
+    assert float(found.normal_force) == pytest.approx(difference(loaded, 0.02, output), rel=2e-6)
+    assert float(found["surface.Ry"]) == pytest.approx(difference(curved, 90.0, output), rel=2e-6)
+
+
 def test_a_dataset_has_units():
     scene = replace(SCENES["creepage"], units=vc.MM_N)
     found = solved(scene).gradient("Fx", ("vx", "normal_force", "bodies.G", "distance"))
     assert found.vx.units == "N"
     assert found.normal_force.units == "(N)/(N)"
     assert found["bodies.G"].units == "(N)/(N/mm^2)"
-    assert found.distance.units == "(N)/(mm)"
+    assert found.distance.units == found.distance_error.units == "(N)/(mm)"
     assert np.allclose(found.x, GRID.x)
-    assert "error=True" in found.error
+    assert "error=True" in solved(scene).gradient("Fx", "vx").error
 
 
 def test_inputs_of_layers_have_units():

@@ -8,7 +8,7 @@ import pytest
 
 import varcontact as vc
 from tests.wheel_rail.conditions import cone, round_rail
-from varcontact.wheel_rail import Position, Track, WheelOnRail, WheelSet
+from varcontact.wheel_rail import Position, ProfileSlices, Track, WheelOnRail, WheelSet
 
 RAIL = round_rail().resampled(1.0)
 CONE = cone(0.05).resampled(2.0)
@@ -124,6 +124,13 @@ def test_under_a_given_height_forces_follow_it():
     assert float(by_load.squeeze()) == pytest.approx(1.0, abs=0.02)
     with pytest.raises(vc.SceneError, match="prescribed by the case"):
         held.gradient("normal_force", "vertical_force")
+
+
+def test_profiles_that_vary_have_no_gradient():
+    """A rail whose slices rise by a micrometre."""
+    slices = ProfileSlices(profiles=RAIL, positions=[-50.0, 0.0, 80.0], z=[0.0, 1e-3, 0.0])
+    with pytest.raises(vc.SceneError, match="profiles that do not vary: others have no gradient"):
+        wheel(side=1.0, rail=slices).gradient("normal_force", "y")
 
 
 @pytest.mark.parametrize(("output", "by"), [("Fz", "y"), ("Fx", "position.v"), ("vx", "y")])

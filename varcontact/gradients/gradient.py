@@ -13,15 +13,18 @@ from varcontact.gradients.adjoint import Adjoint, LinearisedSolution
 from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS, creepages_of
 from varcontact.gradients.following import Following, along_with_ellipse
 from varcontact.gradients.inputs import derivative_unit, number_of, path_of, quantity_of
+from varcontact.gradients.larger_elements import (
+    difference,
+    on_half_the_elements,
+    output_on_half_the_elements,
+)
 from varcontact.gradients.linearised_contact import Edge
 from varcontact.gradients.outputs import Creepage, Output, output_of
 from varcontact.results.solution import Solution
 from varcontact.scene import consistency
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import IN_WORDS
-from varcontact.solving.solve import solve
 from varcontact.system.process import one_blas_thread
 
 if TYPE_CHECKING:
@@ -31,17 +34,20 @@ FORCES = "Fx", "Fy"
 LOADS = "normal_force", "approach"
 SIDE = 1e-4
 """Least distance of the end of a step from a side of an element, in elements, for a derivative."""
+NOT_ESTIMATED = {"error": "not estimated: error=True estimates it"}
+"""Attribute of a dataset without errors."""
 EdgeName = Literal["auto", "held", "moving", "following"]
 """What the edge of the contact does as an input changes, see `Solution.gradient`."""
 
 
 @one_blas_thread()
 def gradient(
-    solution: Solution, output: Any, by: Any, edge: EdgeName = "auto", error: bool = False
+    solution: Solution, output: Any, by: Any, edge: EdgeName = "auto", error: bool | None = None
 ) -> xr.Dataset:
     """See `Solution.gradient`."""
     checks.choice("edge", edge, get_args(EdgeName))
-    checks.flag("error", error)
+    if error is not None:
+        checks.flag("error", error)
     check_differentiable(solution)
     outputs = _listed(output)
     inputs = _listed(by)
@@ -52,12 +58,20 @@ def gradient(
         edge=edge,
     )
     request.check(solution)
-    derivatives = request.of(solution)
-    errors = None
-    if error:
-        coarse = request.of(_on_half_the_elements(solution))
-        errors = {name: np.abs(derivatives[name] - coarse[name]) for name in request.scalars}
+    found = request.about(solution)
+    derivatives = request.values(found)
+    errors: dict[str, np.ndarray] = {}
+    attributes = NOT_ESTIMATED
+    if error or (error is None and request.moves(found)):
+        try:
+            errors = _errors(solution, request, derivatives)
+        except SceneError as refused:
+            if error:
+                raise
+            attributes = {"error": f"not estimated: {refused}"}
     dataset = _dataset(solution, request, derivatives, errors)
+    if not errors:
+        dataset.attrs = attributes
     if outputs is output:
         return dataset
     return dataset.isel(output=0)
@@ -119,38 +133,41 @@ class _Request:
         for path in self.inputs.values():
             _check_input(solution, path)
 
-    def of(self, solution: Solution) -> dict[str, np.ndarray]:
+    def about(self, solution: Solution) -> list[_Derivatives]:
+        """Of each output."""
+        linearised = _Linearisations(solution)
+        return [_Derivatives(linearised, output, self.edge) for output in self.outputs.values()]
+
+    def values(self, found: list[_Derivatives]) -> dict[str, np.ndarray]:
         """Values of the outputs and their derivatives by input, (outputs, ...)."""
-        about = _Linearisations(solution)
-        found = [_Derivatives(about, output, self.edge) for output in self.outputs.values()]
         derivatives = {
             name: np.array([each.by(path) for each in found]) for name, path in self.inputs.items()
         }
         return {**derivatives, "value": np.array([each.value for each in found])}
 
-    @property
-    def scalars(self) -> list[str]:
-        """Names of the value and of inputs that are numbers on every grid."""
-        return [name for name, path in self.inputs.items() if path != "distance"] + ["value"]
+    def moves(self, found: list[_Derivatives]) -> bool:
+        """True where an edge of the contact moves through the grid."""
+        paths = self.inputs.values()
+        return any(each.edge_of(path) == "moving" for each in found for path in paths)
+
+    def on_half_the_elements(self, solution: Solution) -> dict[str, np.ndarray]:
+        """The same values on elements twice as large."""
+        grid = solution.grid
+        outputs = {
+            name: output_on_half_the_elements(output, grid) for name, output in self.outputs.items()
+        }
+        request = replace(self, outputs=outputs)
+        return request.values(request.about(on_half_the_elements(solution)))
 
 
-def _on_half_the_elements(solution: Solution) -> Solution:
-    """The scene solved on elements twice as large."""
-    scene = solution.scene
-    grid = solution.grid
-    if isinstance(scene.motion, TimeStep):
-        raise SceneError("error", True, "False: a step of a history is solved after those before")
-    if isinstance(scene.friction, np.ndarray) or isinstance(scene.surface, SampledDistance):
-        allowed = "False: values of each element are given, and there are no larger elements"
-        raise SceneError("error", True, allowed)
-    sides: dict[str, Any] = {"nx": (grid.nx + 1) // 2, "dx": 2 * grid.sides[0]}
-    if not grid.line:
-        sides |= {"ny": (grid.rows + 1) // 2, "dy": 2 * grid.sides[1]}
-    motion = scene.motion
-    if isinstance(motion, Steady) and motion.dq is not None:
-        motion = replace(motion, dq=2 * motion.dq)
-    coarse = replace(scene, grid=replace(grid, **sides), motion=motion)
-    return solve(coarse, normal=solution.plan.normal, certify="none")
+def _errors(
+    solution: Solution, request: _Request, derivatives: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Differences to elements twice as large, by name."""
+    coarse = request.on_half_the_elements(solution)
+    return {
+        name: difference(fine, coarse[name], solution.grid) for name, fine in derivatives.items()
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +200,7 @@ class _Derivatives:
 
     def by(self, path: str) -> float | np.ndarray:
         """By an input."""
-        edge = self._edge_of(path)
+        edge = self.edge_of(path)
         if edge == "following":
             scene_of, value = number_of(self._solution.scene, path)
             if _closed_form(self._solution):
@@ -191,7 +208,7 @@ class _Derivatives:
             return self._on_following_grid().along(scene_of, value)
         return _by(self._adjoint(edge), path)
 
-    def _edge_of(self, path: str) -> EdgeName:
+    def edge_of(self, path: str) -> EdgeName:
         """The edge by default: following where an input moves the contact as a whole, moving for
         distances, else held.
         """
@@ -371,7 +388,7 @@ def _dataset(
     solution: Solution,
     request: _Request,
     derivatives: dict[str, np.ndarray],
-    errors: dict[str, np.ndarray] | None,
+    errors: dict[str, np.ndarray],
 ) -> xr.Dataset:
     """Values of the outputs and derivatives by input, with units and errors."""
     import xarray as xr
@@ -389,16 +406,9 @@ def _dataset(
         attributes = {"units": "; ".join(quotients)}
         dims = ("output", "y", "x")[: found.ndim]
         variables[name] = (dims, found, attributes)
-        if errors is not None and name in errors:
-            variables[f"{name}_error"] = ("output", errors[name], attributes)
+        if errors:
+            variables[f"{name}_error"] = (dims, errors[name], attributes)
     coordinates: dict[str, Any] = {"output": list(request.outputs)}
     if any(found.ndim == 3 for found in derivatives.values()):
         coordinates |= {"x": grid.x, "y": grid.y}
-    return xr.Dataset(variables, coordinates, attributes_of(errors is not None))
-
-
-def attributes_of(error: bool) -> dict[str, str]:
-    """Of a dataset: how to have errors, where it has none."""
-    if error:
-        return {}
-    return {"error": "not estimated: error=True estimates it"}
+    return xr.Dataset(variables, coordinates)

@@ -521,7 +521,7 @@ class Solution(Reported):
         by: str | Sequence[str],
         *,
         edge: EdgeName = "auto",
-        error: bool = False,
+        error: bool | None = None,
     ) -> xr.Dataset:
         """Derivatives of outputs by inputs of the scene, each output from one
         transposed solve for all inputs.
@@ -551,10 +551,12 @@ class Solution(Reported):
             at a moving leading edge are part of it, of like bodies. "auto":
             "following" for load, surface and bodies, "moving" for "distance" in
             rolling, else "held".
-        error : bool
+        error : bool, optional
             Also an estimate of the error of each number, ``<name>_error``: the
-            difference to elements twice as large, which are solved for it.
-            Without it the dataset has the attribute "error", which says so.
+            difference to elements twice as large, which are solved for it; of a
+            field by element, each with its share of that of the larger one. If
+            not given, where the edge is "moving". Without it the dataset has
+            the attribute "error", which says so.
 
         Returns
         -------

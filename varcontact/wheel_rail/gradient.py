@@ -20,7 +20,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.gradients.adjoint import LinearisedSolution
 from varcontact.gradients.following import Following
-from varcontact.gradients.gradient import attributes_of, check_differentiable, check_output
+from varcontact.gradients.gradient import NOT_ESTIMATED, check_differentiable, check_output
 from varcontact.gradients.inputs import derivative_unit, number_of, quantity_of
 from varcontact.gradients.outputs import Output, Weighted, output_of
 from varcontact.scene.grid import Grid
@@ -86,7 +86,10 @@ def gradient(solution: WheelRailSolution, output: Any, by: Any, error: bool = Fa
         variables[name] = dims, found, attributes
         if error:
             variables[f"{name}_error"] = dims, np.abs(found - coarse[name]), attributes
-    return xr.Dataset(variables, {"output": list(outputs)}, attributes_of(error))
+    dataset = xr.Dataset(variables, {"output": list(outputs)})
+    if not error:
+        dataset.attrs = NOT_ESTIMATED
+    return dataset
 
 
 def _derivatives(

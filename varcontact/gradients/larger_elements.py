@@ -1,0 +1,109 @@
+"""Errors of gradients: the difference to elements twice as large."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from varcontact.errors import SceneError
+from varcontact.gradients.outputs import Output, Weighted
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady, TimeStep
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.solve import solve
+
+
+def on_half_the_elements(solution: Solution) -> Solution:
+    """The scene solved on elements twice as large; fields that are given by elements have their
+    means there.
+    """
+    scene = solution.scene
+    grid = solution.grid
+    if isinstance(scene.motion, TimeStep):
+        raise SceneError("error", True, "False: a step of a history is solved after those before")
+    sides: dict[str, Any] = {"nx": (grid.nx + 1) // 2, "dx": 2 * grid.sides[0]}
+    if not grid.line:
+        sides |= {"ny": (grid.rows + 1) // 2, "dy": 2 * grid.sides[1]}
+    changes: dict[str, Any] = {"grid": replace(grid, **sides)}
+    if isinstance(scene.motion, Steady) and scene.motion.dq is not None:
+        changes["motion"] = replace(scene.motion, dq=2 * scene.motion.dq)
+    if isinstance(scene.friction, np.ndarray):
+        changes["friction"] = means(scene.friction, grid)
+    if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
+        samples = means(scene.surface.samples, grid).reshape(_shape_of_samples(grid))
+        changes["surface"] = replace(scene.surface, h=samples)
+    return solve(replace(scene, **changes), normal=solution.plan.normal, certify="none")
+
+
+def _shape_of_samples(grid: Grid) -> tuple[int, ...]:
+    """Of the distance on elements twice as large: a row of a line contact has one dimension."""
+    if grid.line:
+        return (-1,)
+    return ((grid.rows + 1) // 2, -1)
+
+
+def output_on_half_the_elements(output: Output, grid: Grid) -> Output:
+    """An output whose weights by elements have their means on elements twice as large."""
+    if not isinstance(output, Weighted):
+        return output
+
+    def weight(given: Any) -> Any:
+        if callable(given) or np.ndim(given) == 0:
+            return given
+        return means(np.broadcast_to(np.asarray(given, float), grid.shape), grid)
+
+    along_x, along_y = output.traction
+    return replace(
+        output, pressure=weight(output.pressure), traction=(weight(along_x), weight(along_y))
+    )
+
+
+def means(field: np.ndarray, grid: Grid) -> np.ndarray:
+    """Means of a field (ny, nx) over elements twice as large; beyond an odd number of elements it
+    goes on linearly.
+    """
+    values = np.asarray(field, float).reshape(grid.shape)
+    whole = np.pad(values, _beyond(grid), "reflect", reflect_type="odd")
+    found: np.ndarray = _in_blocks(whole, grid).mean(axis=(1, 3))
+    return found
+
+
+def difference(fine: np.ndarray, coarse: np.ndarray, grid: Grid) -> np.ndarray:
+    """Size of the difference of derivatives on two grids: of numbers, (outputs,), or of fields,
+    (outputs, ny, nx). Those by the elements of a larger one are summed; the difference is shared
+    among them.
+    """
+    if fine.ndim == 1:
+        return np.abs(fine - coarse)
+    rows, columns = grid.shape
+    block = np.ones((_rows_of_block(grid), 2))
+    found = []
+    for own, larger in zip(fine, coarse, strict=True):
+        whole = np.pad(own, _beyond(grid))
+        sums = _in_blocks(whole, grid).sum(axis=(1, 3))
+        shared = np.kron(np.abs(sums - larger) / block.size, block)
+        found.append(shared[:rows, :columns])
+    return np.array(found)
+
+
+def _beyond(grid: Grid) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Rows and columns by which larger elements reach beyond the grid."""
+    rows, columns = grid.shape
+    return (0, -rows % _rows_of_block(grid)), (0, columns % 2)
+
+
+def _rows_of_block(grid: Grid) -> int:
+    """Rows of elements in one that is twice as large."""
+    if grid.line:
+        return 1
+    return 2
+
+
+def _in_blocks(field: np.ndarray, grid: Grid) -> np.ndarray:
+    """A field by larger elements: (ny, rows of a block, nx, 2)."""
+    high = _rows_of_block(grid)
+    rows, columns = field.shape
+    return field.reshape(rows // high, high, columns // 2, 2)
