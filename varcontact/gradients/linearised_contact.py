@@ -18,7 +18,7 @@ particles come from the other side.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
@@ -48,6 +48,8 @@ LEAST_ROW = 0.1
 """Least own part of a row whose bound falls with slip, in the preconditioner: beyond about 0 the
 contact itself is unstable."""
 
+Part = tuple[slice, slice]
+"""Rows and columns of a grid."""
 Inverse = Callable[[np.ndarray], np.ndarray]
 Edge = Literal["held", "moving"]
 
@@ -82,6 +84,11 @@ class HeldAreas:
         growing = along * fields.bound_by_pressure
         falling = slip * fields.bound_by_slip / fields.rolled * fields.compliance
         return cls(contact, stick, slip, along, turning, growing, falling)
+
+    def on(self, part: Part) -> HeldAreas:
+        """On a part of the grid."""
+        of_part = {each.name: getattr(self, each.name)[..., *part] for each in fields(self)}
+        return HeldAreas(**of_part)
 
     @property
     def across(self) -> np.ndarray:
@@ -135,6 +142,11 @@ class MovingEdge:
     entering: np.ndarray
     reaching: tuple[tuple[np.ndarray, int], ...] = ()
 
+    def on(self, part: Part) -> MovingEdge:
+        """On a part of the grid."""
+        reaching = tuple((elements[part], columns) for elements, columns in self.reaching)
+        return MovingEdge(self.entering[..., *part], reaching)
+
     def passed(self, multipliers: np.ndarray) -> np.ndarray:
         """Multipliers moved to where the shift by entering tractions is taken, less themselves."""
         moved = np.zeros_like(multipliers)
@@ -161,13 +173,15 @@ class Multipliers:
 class LinearisedContact:
     """A contact about its solution: held areas, and the transposed operators between them.
 
-    `free` are the directions whose forces are prescribed.
+    `free` are the directions whose forces are prescribed; areas and edge are those of a part of the
+    grid, the whole one if there is none.
     """
 
     fields: ContactFields
     areas: HeldAreas
     edge: MovingEdge
     free: tuple[int, ...]
+    part: Part | None = None
 
     @classmethod
     def about(cls, solution: Solution, fields: ContactFields, edge: Edge) -> LinearisedContact:
@@ -201,31 +215,67 @@ class LinearisedContact:
         """True where tractions change the pressure: both problems are solved together."""
         return self.disc.K != 0 and self.moves
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of its part of the grid, (ny, nx)."""
+        return self.areas.contact.shape
+
+    @lazy_property
+    def _on_box(self) -> LinearisedContact:
+        """The same on the box around the contact, which has all unknowns; on the whole grid where
+        influence numbers depend on more than the offset.
+        """
+        operator = self.disc.operators.normal
+        if not operator.toeplitz or any(operator.period):
+            return self
+        rows = np.flatnonzero(self.areas.contact.any(axis=1))
+        columns = np.flatnonzero(self.areas.contact.any(axis=0))
+        part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+        return replace(self, areas=self.areas.on(part), edge=self.edge.on(part), part=part)
+
     # ------------------------------------------------------------------- transposed operators
+
+    def _transposed(self, operator: GridOperator) -> GridOperator:
+        """The transpose of an operator on the part of the grid, of whose offsets it has the
+        first.
+        """
+        if self.part is None:
+            return operator.transposed
+        rows, columns = operator.shape
+        ny, nx = self.shape
+        table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
+        return GridOperator((ny, nx), table).transposed
 
     @lazy_property
     def _tangential(self) -> GridOperator:
-        return self.disc.tangential_operator.transposed
+        return self._transposed(self.disc.tangential_operator)
 
     @lazy_property
     def normal_operator(self) -> GridOperator:
-        return self.disc.operators.normal.transposed
+        return self._transposed(self.disc.operators.normal)
 
     @lazy_property
     def _traction_to_distance(self) -> GridOperator:
-        return self.disc.operators.traction_to_distance.transposed
+        return self._transposed(self.disc.operators.traction_to_distance)
 
     @lazy_property
     def _pressure_to_shift(self) -> GridOperator:
-        return self.disc.pressure_to_shift.transposed
+        return self._transposed(self.disc.pressure_to_shift)
+
+    @lazy_property
+    def _edge_compliance(self) -> np.ndarray | None:
+        compliance = self.disc.edge_compliance
+        if compliance is None or self.part is None:
+            return compliance
+        return compliance[..., *self.part]
 
     def by_tractions(self, found: Multipliers) -> np.ndarray:
         """Derivatives by tractions (2, ny, nx) of what the multipliers weight: M' of the shift's,
         A_zt' of the distance's, and the forces'.
         """
         total = self._tangential.apply(found.shift)
-        if self.disc.edge_compliance is not None:
-            total = total + self.disc.edge_compliance * found.shift
+        if self._edge_compliance is not None:
+            total = total + self._edge_compliance * found.shift
         if self.disc.K != 0:
             total = total + self._traction_to_distance.apply(found.distance[None])
         for row, component in enumerate(self.free):
@@ -252,7 +302,7 @@ class LinearisedContact:
         areas = self.areas
         own = unit(self._tangential)
         held = 1 / (1 + areas.turning / own)
-        plain = kernel(self._tangential, self.disc.grid.shape)
+        plain = kernel(self._tangential, self._tangential.shape)
         bound = (areas.stick | areas.slip).astype(float)
         conditions = TangentialConditions(plain, areas.along, _no_forces(), bound, plain)
         across = areas.across
@@ -273,7 +323,7 @@ class LinearisedContact:
         """The same for pressures, which stick in contact."""
         contact = self.areas.contact
         own = unit(self.normal_operator)
-        plain = kernel(self.normal_operator, self.disc.grid.shape)
+        plain = kernel(self.normal_operator, self.normal_operator.shape)
         zero = np.zeros((1, *contact.shape))
         bound = contact.astype(float)
         conditions = NormalConditions(plain, zero, _no_forces(), bound, plain)
@@ -293,14 +343,18 @@ class LinearisedContact:
         """Multipliers of the tangential problem alone, by derivatives of an output by tractions
         (2, ny, nx) and by unknown rigid shifts (k,).
         """
-        system = _TransposedSystem(self, tangential=True, normal=False)
-        return system.solved(by_tractions, np.zeros(self.disc.grid.shape), by_rigid, 0.0)
+        inner = self._on_box
+        system = _TransposedSystem(inner, tangential=True, normal=False)
+        own = inner.of_part(by_tractions)
+        return self._whole(system.solved(own, np.zeros(inner.shape), by_rigid, 0.0))
 
     def normal_multipliers(self, by_pressure: np.ndarray, by_approach: float) -> Multipliers:
         """Multipliers of the normal problem alone."""
-        system = _TransposedSystem(self, tangential=False, normal=True)
-        zero = np.zeros((2, *self.disc.grid.shape))
-        return system.solved(zero, by_pressure, np.zeros(len(self.free)), by_approach)
+        inner = self._on_box
+        system = _TransposedSystem(inner, tangential=False, normal=True)
+        zero = np.zeros((2, *inner.shape))
+        unknown = np.zeros(len(self.free))
+        return self._whole(system.solved(zero, inner.of_part(by_pressure), unknown, by_approach))
 
     def joint_multipliers(
         self,
@@ -310,8 +364,27 @@ class LinearisedContact:
         by_approach: float,
     ) -> Multipliers:
         """Multipliers of both problems together, of unlike bodies."""
-        system = _TransposedSystem(self, tangential=True, normal=True)
-        return system.solved(by_tractions, by_pressure, by_rigid, by_approach)
+        inner = self._on_box
+        system = _TransposedSystem(inner, tangential=True, normal=True)
+        own = [inner.of_part(each) for each in (by_tractions, by_pressure)]
+        return self._whole(system.solved(*own, by_rigid, by_approach))
+
+    def of_part(self, field: np.ndarray) -> np.ndarray:
+        """A field of the whole grid on this part."""
+        if self.part is None:
+            return field
+        return field[..., *self.part]
+
+    def _whole(self, found: Multipliers) -> Multipliers:
+        """Multipliers of the box around the contact on the whole grid, zero beside it."""
+        part = self._on_box.part
+        if part is None:
+            return found
+        shift = np.zeros((2, *self.shape))
+        distance = np.zeros(self.shape)
+        shift[..., *part] = found.shift
+        distance[part] = found.distance
+        return replace(found, shift=shift, distance=distance)
 
 
 def _no_forces() -> Forces:
@@ -344,7 +417,7 @@ class _TransposedSystem:
         self._tangential = tangential
         self._normal = normal
         self._load = normal and contact.has_load
-        self._shape = contact.disc.grid.shape
+        self._shape = contact.shape
         areas = contact.areas
         self._elements = np.flatnonzero(areas.contact)
         self._weight = 1 / np.sqrt(max(self._elements.size, 1))
