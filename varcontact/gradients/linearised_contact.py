@@ -366,8 +366,9 @@ class LinearisedContact:
         """Multipliers of both problems together, of unlike bodies."""
         inner = self._on_box
         system = _TransposedSystem(inner, tangential=True, normal=True)
-        own = [inner.of_part(each) for each in (by_tractions, by_pressure)]
-        return self._whole(system.solved(*own, by_rigid, by_approach))
+        tractions = inner.of_part(by_tractions)
+        pressure = inner.of_part(by_pressure)
+        return self._whole(system.solved(tractions, pressure, by_rigid, by_approach))
 
     def of_part(self, field: np.ndarray) -> np.ndarray:
         """A field of the whole grid on this part."""
