@@ -33,6 +33,8 @@ RANDOM, PROGRAMS = 200, 20
 QUICK_RANDOM, QUICK_PROGRAMS = 5, 1
 ROUNDING = 1e-6
 """Relative difference of bounds that is none."""
+RAIL_GAP = 0.05
+"""Asked of patches of wheels."""
 K = 300.0
 """Yield stress in shear of the rail [N/mm^2]."""
 
@@ -118,7 +120,7 @@ def rail_limits(quick: bool) -> Table:
                     dy=0.5,
                 ).solve().patches[0]  # fmt: skip
                 diagram = johnson_diagram(patch, K)
-                row = _row(f"{name}, y = {y:g} mm", patch, K, body="rail", gap=0.02)
+                row = _row(f"{name}, y = {y:g} mm", patch, K, body="rail", gap=RAIL_GAP)
             rows.append([row[0], diagram.utilised, diagram.load_factor, *row[1:]])
     head = (HEAD[0], "utilised", "p/k", *HEAD[1:])
     return Table(head, (FORMATS[0], ".3f", ".2f", *FORMATS[1:]), rows)

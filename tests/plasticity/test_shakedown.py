@@ -128,13 +128,16 @@ def test_programs_close_the_gap():
     assert limit.mode == "surface flow"
     assert limit.flow[0] == pytest.approx(1.0, abs=0.02) or limit.flow[0] < -0.98
     assert any("lower bound" in stage for stage in stages)
+    # a sample to an element is enough where the surface slides
+    assert np.diff(limit.section.y).min() == pytest.approx(sliding.grid.sides[1])
 
 
 def test_where_the_surface_slides_alone_no_velocities_are_sought():
     stages = []
-    way = passage(ellipse(f=0.4, n=8), 2, ones).half()
-    search = Search("none", 1e-4, None, stages.append)
-    found = _by_programs(_Found.closed(families(way), way, search), search, ones, 1e-4)
+    sliding = ellipse(f=0.4, n=8)
+    way = passage(sliding, 2, ones).half()
+    search = Search(sliding, 2, ones, "none", 1e-4, None, stages.append)
+    found = _by_programs(_Found.closed(families(way), way, search), search, 1e-4, last=True)
     assert found.place[1] == 0
     assert any("lower bound" in stage for stage in stages)
     assert not any("upper bound" in stage for stage in stages)

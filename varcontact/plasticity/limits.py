@@ -34,10 +34,10 @@ from varcontact.system.progress import Progress
 
 HARDENING = ("none", "kinematic")
 
-ELEMENTS = 48
-"""Samples across the contact for programs: coarser grids are divided, with 24 gaps are 1 % more."""
 ELEMENTS_OF_FAMILIES = 16
-"""The same for closed forms."""
+"""Samples across the contact for closed forms: coarser grids are divided."""
+ELEMENTS = (24, 48)
+"""The same for programs. With fewer gaps are 1 % more, but where the surface slides."""
 SURFACE = 0.05
 """Depth in half-widths to which flow is that of the surface."""
 SPLINES = (14, 5, 16)
@@ -135,7 +135,7 @@ def shakedown(
     strength = yield_strength(k, peak)
     if answer.grid.line:
         return _of_line(answer, side, strength, hardening, elastic)
-    return _of_point(answer, side, strength, Search(hardening, gap, elastic, report))
+    return _of_point(Search(answer, side, strength, hardening, gap, elastic, report))
 
 
 def body_of(body: Any, solution: Any) -> Any:
@@ -174,8 +174,11 @@ def check_solution(solution: Solution) -> None:
 
 @dataclass(frozen=True)
 class Search:
-    """How the limit of a point contact is sought."""
+    """What the limit of a point contact is sought of, and how."""
 
+    solution: Solution
+    side: int
+    strength: Strength
     hardening: Hardening
     gap: float | None
     elastic: ElasticStress | None
@@ -290,36 +293,29 @@ def tensor_of(deviator: np.ndarray) -> np.ndarray:
 # ----------------------------------------------------------------------------- point contact
 
 
-def _of_point(solution: Solution, side: int, strength: Strength, search: Search) -> Shakedown:
+def _of_point(search: Search) -> Shakedown:
     """Closed forms, then programs until the gap is closed."""
     search.report("stresses below the surface, and bounds of closed form")
-    across = _elements_across(solution)
-    coarse = _passage(solution, side, strength, search, ELEMENTS_OF_FAMILIES, across)
+    across = _elements_across(search.solution)
+    coarse = _passage(search, _parts(ELEMENTS_OF_FAMILIES, across))
     closed = families(coarse)
     error = math.nan
     if search.elastic is None:
-        half = of_half_the_elements(solution)
-        alone = _passage(half, side, strength, search, ELEMENTS_OF_FAMILIES, across / 2)
+        half = replace(search, solution=of_half_the_elements(search.solution))
+        alone = _passage(half, _parts(ELEMENTS_OF_FAMILIES, across / 2))
         alternating, surface, _ = mechanisms(alone)
         change = _least(alternating, surface, search).factor
         error = abs(change / _least(closed.alternating, closed.surface, search).factor - 1)
     found = _Found.closed(closed, coarse, search)
-    if search.gap is not None and found.gap > search.gap:
-        fine = _passage(solution, side, strength, search, ELEMENTS, across)
-        found = _Found.closed(families(fine), fine, search)
-        if search.hardening == "none":
-            found = _by_programs(found, search, strength, search.gap)
+    if search.gap is not None:
+        found = _within(search.gap, found, search)
     passage = found.passage
-    proved = search.gap is not None and passage.field is not None
-    if proved:
-        search.report("proof of the lower bound between samples")
-        found = _proved(found, search, strength)
     kinematic = found.families.kinematic, found.families.alternating.factor
     return Shakedown(
         lower=found.lower,
         upper=found.upper,
         sampled=found.sampled,
-        proved=proved,
+        proved=search.gap is not None and passage.field is not None,
         elastic=found.families.elastic,
         kinematic=kinematic,
         mode=found.mode,
@@ -328,12 +324,37 @@ def _of_point(solution: Solution, side: int, strength: Strength, search: Search)
         flow=found.net,
         field_error=error,
         hardening=search.hardening,
-        section=found.section(strength),
+        section=found.section(search.strength),
         mechanism=found.mechanism,
         critical=found.critical.critical,
         centre=found.critical.centre,
-        **_of_load(solution, strength, passage.depth * passage.unit),
+        **_of_load(search.solution, search.strength, passage.depth * passage.unit),
     )
+
+
+def _within(gap: float, found: _Found, search: Search) -> _Found:
+    """Bounds with this gap: proved, and sought anew with more samples where they are not so
+    close.
+    """
+    if found.gap <= gap:
+        found = _proved(found, search, gap)
+    across = _elements_across(search.solution)
+    parts = sorted({_parts(most, across) for most in ELEMENTS})
+    for each in parts:
+        if found.gap <= gap:
+            break
+        passage = found.passage
+        closed = found.families
+        if each != passage.parts:
+            passage = _passage(search, each)
+            closed = families(passage)
+        found = _Found.closed(closed, passage, search)
+        last = each == parts[-1]
+        if search.hardening == "none":
+            found = _by_programs(found, search, gap, last)
+        if last or found.sampled >= (1 - gap) * found.upper:
+            found = _proved(found, search, gap)
+    return found
 
 
 def _elements_across(solution: Solution) -> float:
@@ -342,12 +363,16 @@ def _elements_across(solution: Solution) -> float:
     return float(min(np.ptp(rows), np.ptp(columns)) + 1)
 
 
-def _passage(
-    solution: Solution, side: int, strength: Strength, search: Search, most: int, across: float
-) -> Passage:
-    """The passage with about so many samples across the contact; one half where that is enough."""
-    parts = max(1, round(most / across))
-    whole = passage(solution, side, strength, refined=parts, elastic=search.elastic)
+def _parts(most: int, across: float) -> int:
+    """Parts of an element for about so many samples across the contact."""
+    return max(1, round(most / across))
+
+
+def _passage(search: Search, parts: int) -> Passage:
+    """The passage with so many samples to an element; one half where that is enough."""
+    whole = passage(
+        search.solution, search.side, search.strength, refined=parts, elastic=search.elastic
+    )
     if whole.symmetric:
         return whole.half()
     return whole
@@ -465,17 +490,17 @@ class _Found:
         return Section(y * passage.unit, depth, stress * least, utilised)
 
 
-def _by_programs(found: _Found, search: Search, strength: Strength, gap: float) -> _Found:
-    """Bounds by programs, until the gap is closed: residual stresses; where the surface does not
-    slide alone, velocities on two meshes, and finer residual stresses.
+def _by_programs(found: _Found, search: Search, gap: float, last: bool) -> _Found:
+    """Bounds by programs, until the gap is closed: residual stresses; with the `last` samples, and
+    where the surface does not slide alone, velocities on two meshes, and finer residual stresses.
     """
-    by_least = _by_least(found.passage, strength)
+    by_least = _by_least(found.passage, search.strength)
     margins = None
     if found.passage.field is not None:
         margins = PointProof.of(found.passage, found.by_cell, by_least, 1.0).surface_margins()
     bound = _with_stresses(found, SPLINES, search, gap, margins)
     found = found.with_lower(bound)
-    if bound.at_surface > MOSTLY:
+    if bound.at_surface > MOSTLY or not last:
         return found
     for sizes in MESHES:
         if not found.ended(gap):
@@ -496,13 +521,15 @@ def _by_least(passage: Passage, strength: Strength) -> Strength:
     return by_least
 
 
-def _proved(found: _Found, search: Search, strength: Strength) -> _Found:
-    """With a lower bound that holds between samples, too."""
-    assert search.gap is not None
+def _proved(found: _Found, search: Search, gap: float) -> _Found:
+    """With a lower bound that holds between samples, too, where the field has a closed form."""
+    if found.passage.field is None:
+        return found
+    search.report("proof of the lower bound between samples")
     factor = found.lower
-    by_least = _by_least(found.passage, strength)
+    by_least = _by_least(found.passage, search.strength)
     proof = PointProof.of(found.passage, found.by_cell, by_least, factor)
-    radius = proof.radius(factor / ((1 - search.gap) * found.upper))
+    radius = proof.radius(factor / ((1 - gap) * found.upper))
     found = replace(found, lower=factor / radius, residual=found.residual / radius)
     if search.hardening == "kinematic":
         families = replace(found.families, kinematic=found.lower)

@@ -341,21 +341,15 @@ def _convolved(tables: np.ndarray, load: np.ndarray) -> np.ndarray:
     box = (2 * middle, 2 * half)
     spectrum = fft.rfft2(load, box)
     total = np.zeros((5, *spectrum.shape[1:]), dtype=complex)
-    along_x = np.add.outer(ALONG_X[0], ALONG_X[1]) % 2
-    along_y = np.add.outer(ALONG_Y[0], ALONG_Y[1]) % 2
-    acting = np.asarray(load.any(axis=(1, 2)))
-    for odd_y in range(2):
-        for odd_x in range(2):
-            chosen = (along_y == odd_y) & (along_x == odd_x) & acting[:, None]
-            each, number = np.nonzero(chosen)
-            table = _half_spectra(tables[chosen], middle, odd_y, axis=1)
-            table = _half_spectra(table, half, odd_x, axis=2)
-            table = (-1j) ** (odd_y + odd_x) * table
-            below = spectrum[each, : middle + 1] * table
-            above = (-1.0) ** odd_y * spectrum[each, middle + 1 :] * table[:, middle - 1 : 0 : -1]
-            for place, own in enumerate(number):
-                total[own, : middle + 1] += below[place]
-                total[own, middle + 1 :] += above[place]
+    for each in np.flatnonzero(load.any(axis=(1, 2))):
+        for own in range(5):
+            odd_x = (ALONG_X[0][each] + ALONG_X[1][own]) % 2
+            odd_y = (ALONG_Y[0][each] + ALONG_Y[1][own]) % 2
+            table = _half_spectra(tables[each, own], middle, odd_y, axis=0)
+            table = (-1j) ** (odd_y + odd_x) * _half_spectra(table, half, odd_x, axis=1)
+            total[own, : middle + 1] += spectrum[each, : middle + 1] * table
+            above = (-1.0) ** odd_y * table[middle - 1 : 0 : -1]
+            total[own, middle + 1 :] += spectrum[each, middle + 1 :] * above
     return np.asarray(fft.irfft2(total, box))
 
 

@@ -36,6 +36,8 @@ WIDE = 0.4
 """Width by depth above which cells are parted."""
 PARTS_MAX = 4
 """Parts of a cell along x and y at most."""
+FEW = 50
+"""Cells of one layer that are not parted, which takes stresses on a whole lattice, but halved."""
 SHARE = 0.4
 """Part of what interpolation misses at the surface that is left free for the proof, which halves
 boxes there."""
@@ -182,7 +184,7 @@ class PointProof:
             inner = self._single(boxes, SURFACE_PARTS)
             most = PARTS_MAX // 2
         own = boxes[inner]
-        if not len(own) or own.low[:, 2].min() < own.low[:, 2].max():
+        if len(own) <= FEW or own.low[:, 2].min() < own.low[:, 2].max():
             return [boxes]
         depth = max(float(own.low[0, 2]), float(own.high[0, 2] - own.low[0, 2]))
         wide = float((own.high - own.low)[:, :2].max() / depth)
@@ -314,8 +316,6 @@ class PointProof:
         closer = HalfSpace(load, grid, self.field.nu)
         ends = coarse.high[0, 2] * np.array([0.0, *0.5 ** np.arange(SURFACE_LAYERS)[::-1]])
         depth = np.interp(np.arange(2 * SURFACE_LAYERS + 1) / 2, np.arange(len(ends)), ends)
-        layers = [bilinear_layer(closer, each, (beyond, beyond)) for each in depth]
-        values = np.moveaxis(np.array(layers), 1, -1)
         dx, dy = grid.sides
         x = grid.x[0] + dx * np.arange(-beyond, grid.nx + beyond)
         y = grid.y[0] + dy * np.arange(-beyond, grid.rows + beyond)
@@ -325,9 +325,13 @@ class PointProof:
         columns = (np.rint((coarse.low[:, 0] - x[0]) / dx).astype(int)[:, None] + along).ravel()
         rows = (np.rint((coarse.low[:, 1] - y[0]) / dy).astype(int)[:, None] + across).ravel()
         cell = np.repeat(coarse.cell, len(across), axis=0)
+        first = np.stack([0 * rows, rows, columns], axis=1)
+        layers = [bilinear_layer(closer, 0.0, (beyond, beyond))]
         for top in range(0, len(depth) - 1, 2):
-            first = np.stack([np.full(len(rows), top), rows, columns], axis=1)
-            yield _boxes_at((x, y, depth), values, first, cell)
+            three = depth[top : top + 3]
+            below = [bilinear_layer(closer, each, (beyond, beyond)) for each in three[1:]]
+            layers = [layers[-1], *below]
+            yield _boxes_at((x, y, three), np.moveaxis(np.array(layers), 1, -1), first, cell)
 
     def _ahead(self, aim: float) -> tuple[Boxes, float, float]:
         """Boxes before and behind the passage where the size of the stress is not enough, a bound

@@ -23,29 +23,30 @@ def between_samples(passage: Passage, stress: np.ndarray, bent: np.ndarray) -> n
 
 
 def excess(stress: np.ndarray, bent: np.ndarray, places: np.ndarray, axis: int) -> np.ndarray:
-    """The same along one axis: ``|t|'' = (t . t'' + |t' across t|^2)/|t|``."""
-    step = np.diff(places)
-    column = (-1, *[1] * (stress.ndim - 1))
+    """The same along one axis: ``|t|'' = (t . t'' + |t' across t|^2)/|t|``, by products of stresses
+    that are next to each other.
+    """
     stress = np.moveaxis(stress, axis, 0)
     bent = np.moveaxis(bent, axis, 0)
+    step = np.diff(places).reshape(-1, *[1] * (stress.ndim - 2))
+    before = step[:-1]
+    after = step[1:]
+    square = np.maximum(_dot(stress, stress), SMALLEST**2)
+    middle = square[1:-1]
+    beside = _dot(stress[1:], stress[:-1])
     # curvature, against the direction of the stress
-    slope = np.diff(bent, axis=0) / step.reshape(column)
-    curvature = np.diff(slope, axis=0) * (2 / (step[1:] + step[:-1])).reshape(column)
-    size = np.maximum(np.linalg.norm(stress[1:-1], axis=-1), SMALLEST)
-    inward = -np.einsum("...q,...q->...", curvature, stress[1:-1]) / size
+    own = _dot(bent, stress)[1:-1]
+    rise = (_dot(bent[2:], stress[1:-1]) - own) / after
+    rise_before = (own - _dot(bent[:-2], stress[1:-1])) / before
+    inward = 2 * (rise_before - rise) / (before + after)
     # turning makes a norm convex: of both sides the one that counts less
-    slope = np.diff(stress, axis=0) / step.reshape(column)
-    turning = np.minimum(
-        _across(slope[1:], stress[1:-1], size), _across(slope[:-1], stress[1:-1], size)
-    )
-    inward = np.maximum(inward - turning / size, 0.0)
-    weight = np.maximum(step[1:], step[:-1]) ** 2 / 8
-    amount = inward * weight.reshape(-1, *[1] * (inward.ndim - 1))
+    across = (square[2:] - beside[1:] ** 2 / middle) / after**2
+    across_before = (square[:-2] - beside[:-1] ** 2 / middle) / before**2
+    inward = np.maximum(inward - np.minimum(across, across_before), 0.0) / np.sqrt(middle)
+    amount = inward * np.maximum(after, before) ** 2 / 8
     amount = np.concatenate([amount[:1], amount, amount[-1:]])
     return np.moveaxis(amount, 0, axis)
 
 
-def _across(slope: np.ndarray, stress: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Square of the part of a slope that is across the stress."""
-    along = np.einsum("...q,...q->...", slope, stress) / size
-    return np.einsum("...q,...q->...", slope, slope) - along**2
+def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    return np.einsum("...q,...q->...", first, second)
