@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.gradients.outputs import Output, Weighted
+from varcontact.gradients.outputs import Output, Weight, Weighted
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, TimeStep
@@ -33,16 +33,11 @@ def on_half_the_elements(solution: Solution) -> Solution:
     if isinstance(scene.friction, np.ndarray):
         changes["friction"] = means(scene.friction, grid)
     if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
-        samples = means(scene.surface.samples, grid).reshape(_shape_of_samples(grid))
+        samples = means(scene.surface.samples, grid)
+        if grid.line:
+            samples = samples[0]
         changes["surface"] = replace(scene.surface, h=samples)
     return solve(replace(scene, **changes), normal=solution.plan.normal, certify="none")
-
-
-def _shape_of_samples(grid: Grid) -> tuple[int, ...]:
-    """Of the distance on elements twice as large: a row of a line contact has one dimension."""
-    if grid.line:
-        return (-1,)
-    return ((grid.rows + 1) // 2, -1)
 
 
 def output_on_half_the_elements(output: Output, grid: Grid) -> Output:
@@ -50,15 +45,18 @@ def output_on_half_the_elements(output: Output, grid: Grid) -> Output:
     if not isinstance(output, Weighted):
         return output
 
-    def weight(given: Any) -> Any:
-        if callable(given) or np.ndim(given) == 0:
-            return given
-        return means(np.broadcast_to(np.asarray(given, float), grid.shape), grid)
-
     along_x, along_y = output.traction
     return replace(
-        output, pressure=weight(output.pressure), traction=(weight(along_x), weight(along_y))
+        output,
+        pressure=_means_of_weight(output.pressure, grid),
+        traction=(_means_of_weight(along_x, grid), _means_of_weight(along_y, grid)),
     )
+
+
+def _means_of_weight(weight: Weight, grid: Grid) -> Weight:
+    if callable(weight) or np.ndim(weight) == 0:
+        return weight
+    return means(np.broadcast_to(np.asarray(weight, float), grid.shape), grid)
 
 
 def means(field: np.ndarray, grid: Grid) -> np.ndarray:
