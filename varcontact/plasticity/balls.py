@@ -203,11 +203,12 @@ def families(passage: Passage) -> Families:
     few = thinned(passage.curves.reshape(nz * ny, nx, 5))
     axial_centres = smallest_balls(few, AXIAL, SEARCH_STEPS).centres.reshape(nz, ny, 5)
     axial, axial_sampled = _lower(passage, axial_centres)
-    none, none_sampled = _lower(passage, 0 * centres)
-    if none > axial:
-        axial = none
-        axial_sampled = none_sampled
-        axial_centres = 0 * centres
+    if passage.elastic_limit > axial:
+        none, none_sampled = _lower(passage, 0 * centres)
+        if none > axial:
+            axial = none
+            axial_sampled = none_sampled
+            axial_centres = 0 * centres
     return Families(
         elastic=passage.elastic_limit,
         alternating=alternating,

@@ -10,6 +10,7 @@ from the fourth by Euler's theorem. Tractions enter by their mixed second differ
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -74,6 +75,7 @@ def _by_pressure(nu: float) -> dict[str, list[tuple[float, str]]]:
     }
 
 
+@lru_cache(maxsize=16)
 def stress_matrix(nu: float) -> np.ndarray:
     """Five coordinates (3 tractions, 5, derivatives): those of fourth order count times z."""
     matrix = np.zeros((3, len(COMPONENTS), len(DERIVATIVES)))
@@ -197,11 +199,6 @@ class HalfSpace:
     grid: Grid
     nu: float
 
-    @lazy_property
-    def matrix(self) -> np.ndarray:
-        """`stress_matrix`."""
-        return stress_matrix(self.nu)
-
     def table(self, depth: float, most_y: int, most_x: int) -> np.ndarray:
         """Coordinates (3 tractions, 5, y, x) at a depth, by a hat of traction 1, at distances from
         zero on by so many elements.
@@ -216,7 +213,7 @@ class HalfSpace:
             both = _second_difference(across.T, (-1.0) ** name.count("x")).T
             hats[number] = both / (dx * dy)
         hats[len(THIRD) :] *= depth
-        found = self.matrix.reshape(15, -1) @ hats.reshape(len(DERIVATIVES), -1)
+        found = stress_matrix(self.nu).reshape(15, -1) @ hats.reshape(len(DERIVATIVES), -1)
         return found.reshape(3, 5, most_y + 1, most_x + 1)
 
     @lazy_property
@@ -241,7 +238,7 @@ class HalfSpace:
             corners = corner_derivatives(along - x, across - y, down)
             summed = corners @ kinks
             summed[third:] *= down
-            found[chosen] = np.einsum("tcd,dnt->nc", self.matrix, summed)
+            found[chosen] = np.einsum("tcd,dnt->nc", stress_matrix(self.nu), summed)
         return found
 
 

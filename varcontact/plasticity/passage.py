@@ -339,16 +339,24 @@ def _convolved(tables: np.ndarray, load: np.ndarray) -> np.ndarray:
 
     middle, half = (fft.next_fast_len(size, real=True) for size in tables.shape[2:])
     box = (2 * middle, 2 * half)
+    odd_x = np.add.outer(ALONG_X[0], ALONG_X[1]) % 2
+    odd_y = np.add.outer(ALONG_Y[0], ALONG_Y[1]) % 2
+    acting = np.asarray(load.any(axis=(1, 2)))
+    # spectra of tables, by their symmetries: those of odd ones are times i
+    spectra = np.empty((3, 5, middle + 1, half + 1))
+    for along_y in range(2):
+        for along_x in range(2):
+            chosen = (odd_y == along_y) & (odd_x == along_x) & acting[:, None]
+            table = _half_spectra(tables[chosen], middle, along_y, axis=1)
+            spectra[chosen] = _half_spectra(table, half, along_x, axis=2)
+    # products with those of the loads
     spectrum = fft.rfft2(load, box)
     total = np.zeros((5, *spectrum.shape[1:]), dtype=complex)
-    for each in np.flatnonzero(load.any(axis=(1, 2))):
+    for each in np.flatnonzero(acting):
         for own in range(5):
-            odd_x = (ALONG_X[0][each] + ALONG_X[1][own]) % 2
-            odd_y = (ALONG_Y[0][each] + ALONG_Y[1][own]) % 2
-            table = _half_spectra(tables[each, own], middle, odd_y, axis=0)
-            table = (-1j) ** (odd_y + odd_x) * _half_spectra(table, half, odd_x, axis=1)
+            table = (-1j) ** (odd_y[each, own] + odd_x[each, own]) * spectra[each, own]
             total[own, : middle + 1] += spectrum[each, : middle + 1] * table
-            above = (-1.0) ** odd_y * table[middle - 1 : 0 : -1]
+            above = (-1.0) ** odd_y[each, own] * table[middle - 1 : 0 : -1]
             total[own, middle + 1 :] += spectrum[each, middle + 1 :] * above
     return np.asarray(fft.irfft2(total, box))
 
