@@ -207,3 +207,18 @@ def test_a_matrix_by_element_has_a_largest_size():
     flat = GridOperator(grid.shape, np.zeros((3, 3, 1, 1)))
     with pytest.raises(SceneError, match="elements"):
         turned_operator("z", "z", np.zeros((3, 3, *grid.shape)), flat)
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_under_a_constant_curvature_numbers_depend_on_the_offset_alone(axis):
+    """A table is all of the operator; where the curvature varies it is not."""
+    places = {"x": GRID.x, "y": GRID.y}[axis]
+
+    def flat(rows, columns):
+        return influence_operator(GRID, rows, columns, nu=0.28)
+
+    constant = conformal_operator("xyz", "xyz", 0.3 * places, flat, axis)
+    varying = conformal_operator("xyz", "xyz", 0.1 * places**2, flat, axis)
+    assert constant.toeplitz
+    assert type(constant) is GridOperator
+    assert isinstance(varying, ConformalOperator)

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.elasticity.fft_products import fields_of, spectrum_of
+from varcontact.elasticity.by_element import ElementOperator
+from varcontact.elasticity.fft_products import (
+    fft_box,
+    fields_of,
+    spectrum_of,
+    table_bytes,
+    wrapped,
+)
 from varcontact.elasticity.halfspace import HalfSpaces, influence_numbers
 from varcontact.elasticity.operators import GridOperator, influence_operator
 
@@ -120,6 +127,26 @@ def test_symmetric_part_of_steady_rolling_is_positive_definite(part):
 
 
 # ---------------------------------------------------------------------- What operators keep
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_symmetric_part_of_numbers_by_element(sign):
+    """(M + s M')/2 of a matrix without any order, entry by entry."""
+    numbers = np.random.default_rng(4).standard_normal((2, 6, 2, 6))
+    operator = ElementOperator((2, 3), np.zeros((2, 2, 3, 5)), numbers)
+    matrix = operator.dense(np.arange(6))
+    found = operator.symmetric_part(sign).dense(np.arange(6))
+    assert np.allclose(found, (matrix + sign * matrix.T) / 2, rtol=1e-14)
+
+
+@pytest.mark.parametrize("shape", [(1, 9), (7, 4), (16, 16)])
+def test_memory_of_a_table_and_its_transform(shape):
+    """As NumPy counts it."""
+    grid = vc.Grid(nx=shape[1], ny=shape[0], dx=1.0, dy=1.0, x0=0.0, y0=0.0)
+    table = influence_operator(grid, "xyz", "xyz", nu=0.3).table
+    box = fft_box(*shape)
+    transform = spectrum_of(wrapped(table, box), box)
+    assert table_bytes(*shape, 9) == table.nbytes + transform.nbytes
 
 
 def test_a_matrix_is_assembled_once_for_the_same_elements(monkeypatch):

@@ -135,3 +135,9 @@ def test_complex_moduli_are_means_over_what_lies_ahead(base):
         off = found[name] - means[name]
         shifted = base == "smooth" and name in ("xx", "yy")  # no friction holds the body
         np.testing.assert_allclose(off, off[0, 0] if shifted else 0.0, rtol=0, atol=3e-8)
+
+
+def test_the_coupling_is_no_smaller_at_any_frequency():
+    """The lagging part may have the other sign: the sizes are added."""
+    lagging = Lagging(0.3, 0.5, HalfSpaces(nu=0.3, K=-0.2, depth=5.0))
+    assert ViscoelasticMedium(ELASTIC, (lagging,)).K == pytest.approx(0.1 + 0.5 * 0.2)

@@ -7,7 +7,7 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import make_scene, refused
-from varcontact.discrete.contact_grid import PotentialContact
+from varcontact.discrete.contact_grid import PotentialContact, within
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving import on_grid
 from varcontact.solving.contact_solver import ContactSolver
@@ -29,6 +29,14 @@ def test_a_grid_is_so_many_elements_across_the_ellipse():
     assert sol.grid.shape == (26, 26)
     assert sol.grid.sides == pytest.approx((hertz.a / 12, hertz.b / 12))
     assert sol.grid.box[0] == pytest.approx(-hertz.a * 13 / 12)
+
+
+def test_elements_at_the_ends_of_the_samples_are_within():
+    """Three by three elements whose centres are the samples; a wider grid is cut to these."""
+    places = np.array([-1.0, 0.0, 1.0])
+    surface = vc.SampledDistance(paraboloid(places, places), places, places)
+    grid = vc.Grid(nx=5, ny=5, dx=1.0, dy=1.0, x0=-2.5, y0=-2.5)
+    assert within(grid, surface) == vc.Grid(nx=3, ny=3, dx=1.0, dy=1.0, x0=-1.5, y0=-1.5)
 
 
 @pytest.mark.parametrize("grid", [vc.Grid(nx=24, ny=24), vc.Grid(nx=20, ny=16)])
