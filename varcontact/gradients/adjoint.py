@@ -17,7 +17,7 @@ from varcontact.discrete.state import hertz_pressure, unloaded, with_subgrid
 from varcontact.errors import SceneError
 from varcontact.gradients.contact_fields import ContactFields
 from varcontact.gradients.linearised_contact import Edge, LinearisedContact, Multipliers
-from varcontact.gradients.outputs import Output
+from varcontact.gradients.outputs import Output, Partial
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
@@ -89,7 +89,7 @@ class LinearisedSolution:
             found = contact.tangential_multipliers(by_tractions, by_rigid)
             of_bound = self._of_bound(by_tractions, found)
             grown = (contact.areas.growing * by_tractions).sum(axis=0)
-            weighted = contact.by_pressure(found.shift, contact.by_tractions(found))
+            weighted = contact.by_pressure(found.shift, found.by_tractions)
             by_pressure = by_pressure + grown - weighted
 
         # the normal problem, unless its pressure is known in closed form
@@ -98,17 +98,12 @@ class LinearisedSolution:
             return Adjoint(self, output, self._physical(found), of_bound, of_pressure)
         if by_pressure.any() or by_approach:
             normal = contact.normal_multipliers(by_pressure, by_approach)
-            found = replace(
-                found,
-                distance=normal.distance,
-                load=normal.load,
-                directions=found.directions + normal.directions,
-            )
+            found = replace(found, distance=normal.distance, load=normal.load)
         return Adjoint(self, output, self._physical(found), of_bound, np.zeros(shape))
 
     def _of_bound(self, by_tractions: np.ndarray, found: Multipliers) -> np.ndarray:
         """Multipliers of n.q = g, physical, (ny, nx)."""
-        left = by_tractions - self.contact.by_tractions(found)
+        left = by_tractions - found.by_tractions
         of_bound: np.ndarray = (self.contact.areas.along * left).sum(axis=0)
         return of_bound * self.fields.compliance
 
@@ -133,12 +128,16 @@ class Adjoint:
     def value(self) -> float:
         return self.output.value(self.about.fields)
 
+    @lazy_property
+    def _partial(self) -> Partial:
+        return self.output.partial(self.about.fields)
+
     # ------------------------------------------------------------------- by formulas
 
     def by_creepage(self, component: int) -> float:
         """By a prescribed creepage, or a component of a shift."""
         fields = self.about.fields
-        explicit = float(self.output.partial(fields).creepage[component])
+        explicit = float(self._partial.creepage[component])
         shifts = fields.unit_shifts
         if component >= len(shifts):
             return explicit
@@ -170,8 +169,7 @@ class Adjoint:
         """
         if self.about.contact.has_load:
             return self.multipliers.load
-        explicit = self.output.partial(self.about.fields).approach
-        return explicit + float(self.multipliers.distance.sum())
+        return self._partial.approach + float(self.multipliers.distance.sum())
 
     @lazy_property
     def _of_distance(self) -> np.ndarray:
@@ -182,8 +180,7 @@ class Adjoint:
         if about.solution.grid.edge != "centres":
             allowed = 'on a grid whose edge is "centres"'
             raise SceneError("by", "distance", allowed)
-        partial = self.output.partial(about.fields)
-        by_approach = -partial.approach * about.contact.has_load
+        by_approach = -self._partial.approach * about.contact.has_load
         by_pressure = self.of_pressure / about.fields.compliance
         return about.contact.normal_multipliers(by_pressure, by_approach).distance
 
@@ -236,7 +233,7 @@ class Adjoint:
         state = hertz_pressure(disc, unloaded(disc.grid))
         moved = state.pressure * disc.scales.pressure - base.pressure
         total = float((self.of_pressure * moved * self.about.contact.areas.contact).sum())
-        explicit = self.output.partial(base).approach
+        explicit = self._partial.approach
         if explicit and self.about.contact.has_load:
             approach = state.approach * disc.scales.displacement + disc.base
             total += explicit * (approach - base.approach)

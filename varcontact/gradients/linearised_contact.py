@@ -90,10 +90,15 @@ class HeldAreas:
         of_part = {each.name: getattr(self, each.name)[..., *part] for each in fields(self)}
         return HeldAreas(**of_part)
 
-    @property
+    @lazy_property
     def across(self) -> np.ndarray:
         """t, (2, ny, nx)."""
         return np.array([-self.along[1], self.along[0]])
+
+    @lazy_property
+    def bound_follows_slip(self) -> bool:
+        """True where the friction law depends on slip."""
+        return bool(self.falling.any())
 
     def within(self, fields: np.ndarray) -> np.ndarray:
         """Free parts of fields (2, ny, nx): both where it sticks, across where it slips."""
@@ -107,7 +112,7 @@ class HeldAreas:
 
     def rows(self, fields: np.ndarray) -> np.ndarray:
         """Fields (2, ny, nx) in the space of the unknown multipliers."""
-        if not self.falling.any():
+        if not self.bound_follows_slip:
             return self.within(fields)
         return self.within(fields) + self.outward(fields)
 
@@ -115,7 +120,7 @@ class HeldAreas:
         """Multipliers of the shift (2, ny, nx) by the unknown ones: along the traction those of its
         bound, times the change of the bound by the shift.
         """
-        if not self.falling.any():
+        if not self.bound_follows_slip:
             return unknowns
         outward = self.outward(unknowns)
         return unknowns - outward + self.falling * outward
@@ -124,7 +129,7 @@ class HeldAreas:
         """Parts of the rows that elasticity has no part in: tractions that turn, and their
         bound.
         """
-        if not self.falling.any():
+        if not self.bound_follows_slip:
             return self.turning * unknowns
         outward = self.outward(unknowns)
         return self.turning * (unknowns - outward) + outward
@@ -159,14 +164,16 @@ class MovingEdge:
 @dataclass(frozen=True, eq=False)
 class Multipliers:
     """Of the linearised equations, in half-dimensionless form: `shift` (2, ny, nx) of E, `distance`
-    (ny, nx) of e, `forces` (k,) and `load` of the prescribed sums; and the directions of the solve.
+    (ny, nx) of e, `forces` (k,) and `load` of the prescribed sums.
+
+    `by_tractions` (2, ny, nx): derivatives of what they weight by the tractions in contact.
     """
 
     shift: np.ndarray
     distance: np.ndarray
     forces: np.ndarray
     load: float
-    directions: int = 0
+    by_tractions: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,7 +319,7 @@ class LinearisedContact:
             turned = across * ((across * right).sum(axis=0) * held)
             rows = (areas.stick * right + turned) / own
             found = areas.within(system.precondition(rows.astype(np.float32)).astype(float))
-            if areas.falling.any():
+            if areas.bound_follows_slip:
                 found += areas.outward(right) / np.maximum(1 + own * areas.falling, LEAST_ROW)
             return found
 
@@ -382,10 +389,12 @@ class LinearisedContact:
         if part is None:
             return found
         shift = np.zeros((2, *self.shape))
+        by_tractions = np.zeros((2, *self.shape))
         distance = np.zeros(self.shape)
         shift[..., *part] = found.shift
+        by_tractions[..., *part] = found.by_tractions
         distance[part] = found.distance
-        return replace(found, shift=shift, distance=distance)
+        return replace(found, shift=shift, distance=distance, by_tractions=by_tractions)
 
 
 def _no_forces() -> Forces:
@@ -461,15 +470,16 @@ class _TransposedSystem:
             by_rigid * self._weight * self._tangential,
             by_approach * self._weight * self._load,
         )
-        solution, directions = gcr(self._product, self._precondition, self._joined(right))
-        found = self._split(solution)
-        return Multipliers(
+        found = self._split(gcr(self._product, self._precondition, self._joined(right)))
+        multipliers = Multipliers(
             areas.shifts(found.shift),
             found.distance,
             found.forces * self._weight,
             found.load * self._weight,
-            directions,
         )
+        if not self._tangential:
+            return multipliers
+        return replace(multipliers, by_tractions=self._contact.by_tractions(multipliers))
 
     def _joined(self, parts: Multipliers) -> np.ndarray:
         """The vector of the problems that are solved."""
@@ -558,10 +568,8 @@ class _TransposedSystem:
 
 def gcr(
     product: Inverse, precondition: Inverse, right: np.ndarray, tol: float = TOL
-) -> tuple[np.ndarray, int]:
-    """Generalised conjugate residuals in double precision, preconditioned in single precision, and
-    the number of directions.
-    """
+) -> np.ndarray:
+    """Generalised conjugate residuals in double precision, preconditioned in single precision."""
     found = np.zeros_like(right)
     residual = right.copy()
     length = float(np.linalg.norm(right))
@@ -569,7 +577,7 @@ def gcr(
     images = np.empty((ROOM, right.size))
     for count in range(DIRECTIONS_MAX):
         if float(np.linalg.norm(residual)) <= tol * length:
-            return found, count
+            return found
         if count == len(steps):
             steps = np.concatenate([steps, np.empty_like(steps)])
             images = np.concatenate([images, np.empty_like(images)])
