@@ -69,12 +69,10 @@ def gradient(
             if error:
                 raise
             attributes = {"error": f"not estimated: {refused}"}
-    dataset = _dataset(solution, request, derivatives, errors)
+    dataset = _dataset(solution, request, derivatives, errors, several=outputs is output)
     if not errors:
         dataset.attrs = attributes
-    if outputs is output:
-        return dataset
-    return dataset.isel(output=0)
+    return dataset
 
 
 def sensitivity(solution: Solution) -> np.ndarray:
@@ -389,9 +387,18 @@ def _dataset(
     request: _Request,
     derivatives: dict[str, np.ndarray],
     errors: dict[str, np.ndarray],
+    several: bool,
 ) -> xr.Dataset:
-    """Values of the outputs and derivatives by input, with units and errors."""
+    """Values of the outputs and derivatives by input, with units and errors; over outputs where
+    there may be `several`.
+    """
     import xarray as xr
+
+    def variable(found: np.ndarray, attributes: dict[str, str]) -> Any:
+        dims = ("output", "y", "x")[: found.ndim]
+        if several:
+            return dims, found, attributes
+        return dims[1:], found[0], attributes
 
     grid = solution.grid
     units = solution.scene.units or IN_WORDS
@@ -404,11 +411,11 @@ def _dataset(
             below = units.of(quantity_of(request.inputs[name]), grid.line, shift)
         quotients = [derivative_unit(each, below) for each in own]
         attributes = {"units": "; ".join(quotients)}
-        dims = ("output", "y", "x")[: found.ndim]
-        variables[name] = (dims, found, attributes)
+        variables[name] = variable(found, attributes)
         if errors:
-            variables[f"{name}_error"] = (dims, errors[name], attributes)
-    coordinates: dict[str, Any] = {"output": list(request.outputs)}
+            variables[f"{name}_error"] = variable(errors[name], attributes)
+    names = list(request.outputs)
+    coordinates: dict[str, Any] = {"output": names if several else names[0]}
     if any(found.ndim == 3 for found in derivatives.values()):
         coordinates |= {"x": grid.x, "y": grid.y}
     return xr.Dataset(variables, coordinates)

@@ -415,8 +415,8 @@ def _with_moving_edge(
 
 
 class _TransposedSystem:
-    """The transposed equations as one vector: shifts (2, n) and distances (n,) of the elements in
-    contact, forces (k,) and the load.
+    """The transposed equations as one vector: shifts (2, ny, nx), distances (ny, nx), forces (k,)
+    and the load; of shifts and distances those of the problems that are solved.
 
     Prescribed sums border the system, weighted so that their rows are as long as others; they are
     taken out of the preconditioner by their Schur complement.
@@ -427,30 +427,32 @@ class _TransposedSystem:
         self._tangential = tangential
         self._normal = normal
         self._load = normal and contact.has_load
-        self._shape = contact.shape
+        self._no_shift = np.zeros((2, *contact.shape))
+        self._no_distance = np.zeros(contact.shape)
         areas = contact.areas
-        self._elements = np.flatnonzero(areas.contact)
-        self._weight = 1 / np.sqrt(max(self._elements.size, 1))
+        self._weight = 1 / np.sqrt(max(np.count_nonzero(areas.contact), 1))
+
+        # places in the vector
+        size = areas.contact.size
+        self._shifts = slice(0, 2 * size * tangential)
+        self._distances = slice(self._shifts.stop, self._shifts.stop + size * normal)
+        self._forces = slice(self._distances.stop, self._distances.stop + len(contact.free))
 
         # borders: uniform rigid shifts, and the approach
-        self._columns = np.zeros((len(contact.free), 2, *self._shape))
-        self._sums = np.zeros_like(self._columns)
+        self._sums = np.zeros((len(contact.free), *self._no_shift.shape))
         for row, component in enumerate(contact.free):
-            uniform = np.zeros((2, *self._shape))
-            uniform[component] = self._weight
-            self._columns[row] = areas.rows(uniform)
-            self._sums[row] = uniform
+            self._sums[row, component] = self._weight
         self._level = areas.contact * self._weight
 
         # their responses, for the Schur complements
-        self._responses = np.zeros_like(self._columns)
+        self._responses = np.zeros_like(self._sums)
+        shifts = np.zeros_like(self._sums)
         if tangential:
-            for row, column in enumerate(self._columns):
-                self._responses[row] = contact.tangential_inverse(column)
-        shifts = np.array([areas.shifts(response) for response in self._responses])
-        shifts = shifts.reshape(self._columns.shape)
+            for row, uniform in enumerate(self._sums):
+                self._responses[row] = contact.tangential_inverse(areas.rows(uniform))
+                shifts[row] = areas.shifts(self._responses[row])
         self._schur = np.tensordot(self._sums, shifts, ([1, 2, 3], [1, 2, 3]))
-        self._level_response = np.zeros(self._shape)
+        self._level_response = self._no_distance
         if self._load:
             self._level_response = contact.normal_inverse(self._level)
         self._level_schur = float((self._level * self._level_response).sum())
@@ -465,8 +467,8 @@ class _TransposedSystem:
         """Multipliers by the derivatives of an output; `NotConverged` where GCR stalls."""
         areas = self._contact.areas
         right = Multipliers(
-            areas.rows(by_tractions) * self._tangential,
-            areas.contact * by_pressure * self._normal,
+            areas.rows(by_tractions),
+            areas.contact * by_pressure,
             by_rigid * self._weight * self._tangential,
             by_approach * self._weight * self._load,
         )
@@ -483,38 +485,37 @@ class _TransposedSystem:
 
     def _joined(self, parts: Multipliers) -> np.ndarray:
         """The vector of the problems that are solved."""
-        vectors = [parts.forces, np.array([parts.load])]
-        if self._normal:
-            vectors.insert(0, parts.distance.ravel()[self._elements])
+        vector = np.empty(self._forces.stop + 1)
         if self._tangential:
-            vectors.insert(0, parts.shift.reshape(2, -1)[:, self._elements].ravel())
-        return np.concatenate(vectors)
+            vector[self._shifts] = parts.shift.ravel()
+        if self._normal:
+            vector[self._distances] = parts.distance.ravel()
+        vector[self._forces] = parts.forces
+        vector[-1] = parts.load
+        return vector
 
     def _split(self, vector: np.ndarray) -> Multipliers:
         """Multipliers of a vector; zero in the problem that is not solved."""
-        size = self._elements.size
-        shift = np.zeros((2, *self._shape))
-        distance = np.zeros(self._shape)
-        begin = 0
+        shift = self._no_shift
         if self._tangential:
-            shift.reshape(2, -1)[:, self._elements] = vector[: 2 * size].reshape(2, size)
-            begin = 2 * size
+            shift = vector[self._shifts].reshape(shift.shape)
+        distance = self._no_distance
         if self._normal:
-            distance.ravel()[self._elements] = vector[begin : begin + size]
-            begin += size
-        return Multipliers(shift, distance, vector[begin:-1], float(vector[-1]))
+            distance = vector[self._distances].reshape(distance.shape)
+        return Multipliers(shift, distance, vector[self._forces], float(vector[-1]))
 
     def _product(self, vector: np.ndarray) -> np.ndarray:
         """Left-hand sides."""
         contact = self._contact
         areas = contact.areas
         given = self._split(vector)
-        rows = np.zeros_like(given.shift)
-        of_pressure = np.zeros(self._shape)
-        sums = np.zeros_like(given.forces)
+        rows = self._no_shift
+        of_pressure = self._no_distance
+        sums = given.forces
         total = 0.0
         if self._tangential:
             rows, of_pressure = self._tangential_rows(given)
+        if contact.free:
             sums = np.tensordot(self._sums, areas.shifts(given.shift), 3)
         if self._normal:
             distances = contact.normal_operator.apply(given.distance[None])[0]
@@ -522,7 +523,7 @@ class _TransposedSystem:
         if self._load:
             of_pressure = of_pressure + given.load * self._level
             total = float((self._level * given.distance).sum())
-        return self._joined(Multipliers(rows, of_pressure * self._normal, sums, total))
+        return self._joined(Multipliers(rows, of_pressure, sums, total))
 
     def _tangential_rows(self, given: Multipliers) -> tuple[np.ndarray, np.ndarray]:
         """Rows of the tractions, and what those of the pressures have by multipliers of the
@@ -531,22 +532,20 @@ class _TransposedSystem:
         contact = self._contact
         areas = contact.areas
         shift = areas.shifts(given.shift)
-        weighted = Multipliers(
-            shift, given.distance * self._normal, given.forces * self._weight, 0.0
-        )
+        weighted = Multipliers(shift, given.distance, given.forces * self._weight, 0.0)
         by_tractions = contact.by_tractions(weighted)
         rows = areas.rows(by_tractions) + areas.diagonal(given.shift)
         if not self._normal:
-            return rows, np.zeros(self._shape)
+            return rows, self._no_distance
         return rows, contact.by_pressure(shift, by_tractions)
 
     def _precondition(self, vector: np.ndarray) -> np.ndarray:
         """The tangential inverse, then the normal one on what is left."""
         contact = self._contact
         right = self._split(vector)
-        shift = np.zeros_like(right.shift)
-        distance = np.zeros(self._shape)
-        forces = np.zeros_like(right.forces)
+        shift = self._no_shift
+        distance = self._no_distance
+        forces = right.forces
         load = 0.0
         left = right.distance
         if self._tangential:
@@ -566,9 +565,7 @@ class _TransposedSystem:
         return self._joined(Multipliers(shift, distance, forces, load))
 
 
-def gcr(
-    product: Inverse, precondition: Inverse, right: np.ndarray, tol: float = TOL
-) -> np.ndarray:
+def gcr(product: Inverse, precondition: Inverse, right: np.ndarray, tol: float = TOL) -> np.ndarray:
     """Generalised conjugate residuals in double precision, preconditioned in single precision."""
     found = np.zeros_like(right)
     residual = right.copy()
