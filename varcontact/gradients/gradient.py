@@ -414,8 +414,9 @@ def _dataset(
         variables[name] = variable(found, attributes)
         if errors:
             variables[f"{name}_error"] = variable(errors[name], attributes)
-    names = list(request.outputs)
-    coordinates: dict[str, Any] = {"output": names if several else names[0]}
+    coordinates: dict[str, Any] = {"output": list(request.outputs)}
+    if not several:
+        coordinates = {"output": next(iter(request.outputs))}
     if any(found.ndim == 3 for found in derivatives.values()):
         coordinates |= {"x": grid.x, "y": grid.y}
     return xr.Dataset(variables, coordinates)

@@ -32,6 +32,7 @@ from varcontact.results.linearised import moving_edge
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady
 from varcontact.solvers.newton.gcr import Forces
+from varcontact.solvers.newton.globalisation import dot
 from varcontact.solvers.newton.kernel import kernel, unit
 from varcontact.solvers.newton.normal import NormalConditions
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
@@ -102,13 +103,12 @@ class HeldAreas:
 
     def within(self, fields: np.ndarray) -> np.ndarray:
         """Free parts of fields (2, ny, nx): both where it sticks, across where it slips."""
-        across = self.across
-        free: np.ndarray = self.stick * fields + across * (across * fields).sum(axis=0)
+        free: np.ndarray = self.stick * fields + self.across * dot(self.across, fields)
         return free
 
     def outward(self, fields: np.ndarray) -> np.ndarray:
         """Parts of fields (2, ny, nx) along the traction where its bound follows the slip."""
-        return self.along * ((self.along * fields).sum(axis=0) * (self.falling != 0))
+        return self.along * (dot(self.along, fields) * (self.falling != 0))
 
     def rows(self, fields: np.ndarray) -> np.ndarray:
         """Fields (2, ny, nx) in the space of the unknown multipliers."""
@@ -312,13 +312,13 @@ class LinearisedContact:
         plain = kernel(self._tangential, self._tangential.shape)
         bound = (areas.stick | areas.slip).astype(float)
         conditions = TangentialConditions(plain, areas.along, _no_forces(), bound, plain)
-        across = areas.across
-        system = TangentialSystem(across, conditions, areas.stick, areas.along, across, held)
+        system = TangentialSystem(
+            areas.along, conditions, areas.stick, areas.along, areas.across, held
+        )
 
         def inverse(right: np.ndarray) -> np.ndarray:
-            turned = across * ((across * right).sum(axis=0) * held)
-            rows = (areas.stick * right + turned) / own
-            found = areas.within(system.precondition(rows.astype(np.float32)).astype(float))
+            free = areas.within(right).astype(np.float32)
+            found = areas.within(system.blended(free)) / own
             if areas.bound_follows_slip:
                 found += areas.outward(right) / np.maximum(1 + own * areas.falling, LEAST_ROW)
             return found
@@ -339,8 +339,8 @@ class LinearisedContact:
         system = TangentialSystem(zero, conditions, contact, outside, zero, one)
 
         def inverse(right: np.ndarray) -> np.ndarray:
-            found = system.precondition((contact * right / own)[None].astype(np.float32))[0]
-            return contact * found.astype(float)
+            found = system.blended((contact * right).astype(np.float32)[None])[0]
+            return contact * found / own
 
         return inverse
 

@@ -178,15 +178,16 @@ class TangentialSystem(System):
         return rows * self.conditions.forces.scale
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
-        """The two inverses of the circulant, blended by the slope, on what is not along slipping
-        tractions.
-        """
+        """The blended inverses on what is not along slipping tractions."""
         stick, along, across, held = self._single
-        inverses, weights, unweights = self._blend
-        free = stick * right + (dot(across, right) / held) * across
-        parts = self.conditions.plain.circulant.apply(inverses, free[:, None] * weights)
-        step = dot(parts.swapaxes(0, 1), unweights[:, None])
+        step = self.blended(stick * right + (dot(across, right) / held) * across)
         return stick * step + dot(across, step) * across + dot(along, right) * along
+
+    def blended(self, free: np.ndarray) -> np.ndarray:
+        """The two inverses of the circulant, blended by the slope, of free parts (c, ny, nx)."""
+        inverses, weights, unweights = self._blend
+        parts = self.conditions.plain.circulant.apply(inverses, free[:, None] * weights)
+        return dot(parts.swapaxes(0, 1), unweights[:, None])
 
     @lazy_property
     def _blend(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
