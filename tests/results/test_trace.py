@@ -7,7 +7,10 @@ import varcontact as vc
 from tests.own_solvers import admm
 from tests.scenes import refused
 from varcontact import energy
+from varcontact.discrete.problems import NormalProblem
+from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers.registry import SOLVERS
+from varcontact.solvers.trace import Trace
 
 SHIFT = vc.Shift(ux=0.1, uy=-0.06)
 GRID = vc.Grid(nx=10, ny=10)
@@ -59,6 +62,20 @@ def test_pressures(rolling, name, load):
     posed = energy.posed(sol)
     expected = -energy.complementary_energy(posed.normal, posed.pressure) * posed.unit
     assert trace.objective[-1] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("own", [0.1, 10.0])
+@pytest.mark.parametrize("approach", [0.2, -0.2])
+def test_the_state_of_one_element_is_known_from_any_pressure(own, approach):
+    """By its own influence number: contact where the bodies overlap without a pressure."""
+    operator = GridOperator((1, 1), np.full((1, 1, 1, 1), own)).on(np.array([0]))
+    problem = NormalProblem(operator, np.zeros(1), 1.0, None, approach)
+    trace = Trace()
+    with trace.called("normal", "one"):
+        follow = trace.follower(problem)
+        for pressure in (1.0, max(approach, 0.0) / own):
+            follow(np.array([pressure]))
+    assert [record.get("changes") for record in trace.records] == [None, 0]
 
 
 @pytest.mark.parametrize(
