@@ -224,7 +224,9 @@ class Adjoint:
         approach = base.approach
         if scene.approach is not None:
             approach = scene.approach
-        return replace(base, scene=scene, disc=disc, creepage=creepage, approach=approach)
+        return replace(
+            base, scene=scene, disc=disc, creepage=creepage, approach=approach, at_home=base
+        )
 
     def _pressure_moved(self, fields: ContactFields) -> float:
         """What a change of Hertz's pressure and approach adds to L."""

@@ -33,6 +33,7 @@ class ContactFields:
 
     Creepages are those that are prescribed, and those found for a force; of a shift its components.
     Of a step of a history `brought` (2, ny, nx) is the local shift by what particles bring along.
+    In a scene nearby, `at_home` are the fields in their own one.
     """
 
     scene: Scene
@@ -42,6 +43,7 @@ class ContactFields:
     creepage: np.ndarray
     approach: float
     brought: np.ndarray | float = 0.0
+    at_home: ContactFields | None = None
 
     @property
     def area(self) -> float:
@@ -74,24 +76,42 @@ class ContactFields:
     @lazy_property
     def deformed_distance(self) -> np.ndarray:
         """e = h + A_zz p + A_zt q - approach, (ny, nx)."""
-        disc = self.disc
-        elastic = disc.operators.normal.apply(self.pressure[None])[0]
-        if self._has_tractions and disc.K != 0:
-            elastic = elastic + disc.operators.traction_to_distance.apply(self.traction)[0]
-        return elastic * self.compliance + disc.distance - self.approach
+        return self.elastic_distance * self.compliance + self.disc.distance - self.approach
+
+    @lazy_property
+    def elastic_distance(self) -> np.ndarray:
+        """A_zz p + A_zt q of dimensionless influence numbers, (ny, nx)."""
+        operators = self.disc.operators
+        at_home = self.at_home
+        if at_home is not None and operators is at_home.disc.operators:
+            return at_home.elastic_distance
+        elastic = operators.normal.apply(self.pressure[None])[0]
+        if self._has_tractions and self.disc.K != 0:
+            elastic = elastic + operators.traction_to_distance.apply(self.traction)[0]
+        return elastic
 
     @lazy_property
     def local_shift(self) -> np.ndarray:
         """E = W + M q + B p, (2, ny, nx): the slip times the distance rolled; in a shift it is the
         local shift.
         """
+        elastic = self.elastic_shift
+        if self.disc.edge_compliance is not None:
+            elastic = elastic + self.disc.edge_compliance * self.traction
+        return elastic * self.compliance + self.rigid_shift + self.brought
+
+    @lazy_property
+    def elastic_shift(self) -> np.ndarray:
+        """M q + B p of dimensionless influence numbers, (2, ny, nx)."""
         disc = self.disc
-        elastic = disc.tangential_operator.apply(self.traction)
-        if disc.edge_compliance is not None:
-            elastic = elastic + disc.edge_compliance * self.traction
+        operator = disc.tangential_operator
+        at_home = self.at_home
+        if at_home is not None and operator is at_home.disc.tangential_operator:
+            return at_home.elastic_shift
+        elastic = operator.apply(self.traction)
         if disc.K != 0:
             elastic = elastic + disc.pressure_to_shift.apply(self.pressure[None])
-        return elastic * self.compliance + self.rigid_shift + self.brought
+        return elastic
 
     @lazy_property
     def rigid_shift(self) -> np.ndarray:
