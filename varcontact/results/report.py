@@ -319,7 +319,7 @@ def no_guarantee(sol: Solution) -> str:
             f"the coefficient of friction depends on the {variable}, "
             "and there may be several solutions"
         )
-    if sol.scene.third_body is not None and sol.scene.third_body.k_tau != 0:
+    if sol.scene.yield_stress_changes:
         return "the yield stress of the third body depends on the solution"
     dx, dy = sol.grid.sides
     step = dx

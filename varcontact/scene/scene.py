@@ -483,6 +483,11 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return self.third_body.compliance
 
     @property
+    def yield_stress_changes(self) -> bool:
+        """True where the stress from which something between the bodies flows changes as it does."""
+        return self.third_body is not None and self.third_body.k_tau != 0
+
+    @property
     def flows(self) -> bool:
         """True where what lies between the bodies flows below the friction bound."""
         return self.third_body is not None and self.third_body.yields
