@@ -13,7 +13,7 @@ def test_no_kind_is_known_in_more_files():
     known = json.loads((DATA / "smear.json").read_text())
     files = {kind: found(kind) for kind in KINDS}
     assert {kind: names for kind, names in files.items() if len(names) > known[kind]} == {}
-    assert "results/report.py" in files["third body"]
+    assert "results/solution.py" in files["third body"]
     assert not any(name.startswith("scene/") for names in files.values() for name in names)
 
 

@@ -484,7 +484,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def yield_stress_changes(self) -> bool:
-        """True where the stress from which something between the bodies flows changes as it does."""
+        """True where what lies between the bodies hardens or softens as it flows."""
         return self.third_body is not None and self.third_body.k_tau != 0
 
     @property
