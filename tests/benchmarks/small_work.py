@@ -3,6 +3,7 @@ kept between solves ever answers for another scene.
 """
 
 import math
+import os
 import resource
 import subprocess
 import sys
@@ -28,6 +29,20 @@ ROLLING = vc.Steady(vx=4e-3, vy=1e-3, spin=2e-3)
 SHIFT = vc.Shift(ux=5e-3, uy=2e-3)
 LOAD = 0.4705
 SPHERES = vc.Paraboloids(Rx=168.75, Ry=168.75)
+THEORIES = "fastsim", "fastrip", "strip", "polach", "linear"
+WHEEL = """
+vertical_force = 80e3
+[track]
+rail = "60e1"
+cant = 0.025
+[wheelset]
+wheel = "s1002"
+radius = 460.0
+[position]
+y = 3.0
+[velocity]
+speed = 20e3
+"""
 LAYER = vc.ThirdBody(h=0.02, G=820.0, tau_c0=100.0, k_tau=2000.0)
 
 
@@ -95,7 +110,7 @@ def of_contacts(quick: bool) -> dict[str, float]:
     """Seconds of a contact."""
     found: dict[str, float] = {}
     times = 2 if quick else 7
-    for cells, elements in ((8, 52), (16, 208), (32, 812)):
+    for cells, elements in ((8, 52), (11, 97), (16, 208), (26, 540), (32, 812)):
         name = f"rolling, {elements} elements"
         found[name] = least(partial(vc.solve, spheres(cells, ROLLING)), times)
     found["shift, 812 elements"] = least(partial(vc.solve, spheres(32, SHIFT)), times)
@@ -104,8 +119,9 @@ def of_contacts(quick: bool) -> dict[str, float]:
     line = cylinders(UNLIKE, vc.Steady(vx=1e-3), 0.15)
     found["unlike cylinders, 128 elements"] = least(partial(vc.solve, line), times)
     found["third body that yields"] = least(partial(vc.solve, with_layer()), times)
-    theory = partial(vc.solve, spheres(20, ROLLING), tangential="fastsim")
-    found["FASTSIM, 20 x 20 elements"] = least(theory, times)
+    for name in THEORIES:
+        theory = partial(vc.solve, spheres(20, ROLLING), tangential=name)
+        found[f"{name}, 20 x 20 elements"] = least(theory, times)
     for accuracy in (0.1, 0.03, 0.01):
         free = replace(spheres(8, ROLLING), grid="auto")
         name = f"accuracy = {accuracy:g}"
@@ -131,16 +147,23 @@ def of_commands(quick: bool) -> dict[str, float]:
         file.write_text(spheres(8, ROLLING).to_toml())
         solve = [sys.executable, "-m", "varcontact", "solve", str(file)]
         started = [sys.executable, "-c", "import varcontact"]
+        case = Path(folder) / "wheel.toml"
+        case.write_text(WHEEL)
+        wheel = [sys.executable, "-m", "varcontact", "wheelrail", str(case)]
         return {
             "import varcontact": min(_of_process(started) for _ in range(3)),
             "varcontact solve, 52 elements": min(_of_process(solve) for _ in range(3)),
+            "varcontact wheelrail": min(_of_process(wheel) for _ in range(3)),
         }
 
 
 def _of_process(arguments: Sequence[str]) -> float:
-    """Processor seconds of a process."""
+    """Processor seconds of a process that finds its modules compiled."""
+    environment = {
+        name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"
+    }
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(arguments, check=True, capture_output=True)
+    subprocess.run(arguments, check=True, capture_output=True, env=environment)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
