@@ -14,6 +14,7 @@ import pytest
 
 import varcontact as vc
 from tests.command import run, scene_file
+from tests.test_cli_wheelrail import CASE
 
 SCENE = scene_file()
 
@@ -326,6 +327,29 @@ def test_matplotlib_says_nothing_of_its_caches(folder):
     assert (done.returncode, done.stderr) == (0, "")
     assert (folder / "report.html").stat().st_size > 1000
     assert (folder / "picture.png").stat().st_size > 1000
+
+
+WITHOUT_PICTURES = """
+import sys
+from varcontact.__main__ import main
+for words in ("solve scene.toml", "scan scene.toml --vx 0:0.01:2",
+              "curve scene.toml --vx 0:0.01:2", "compare scene.toml --methods fastsim,linear",
+              "wheelrail wheel.toml"):
+    sys.argv = ["varcontact", *words.split()]
+    try:
+        main()
+    except SystemExit as ended:
+        assert not ended.code, words
+    assert "matplotlib" not in sys.modules, words
+"""
+
+
+def test_without_a_picture_matplotlib_is_not_loaded(folder):
+    """It takes half a second or more, and as long as the work itself."""
+    (folder / "wheel.toml").write_text(CASE)
+    command = [sys.executable, "-c", WITHOUT_PICTURES]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_compare(folder, pictures):

@@ -52,7 +52,9 @@ def compare(
         options = _common_target([settings for _, settings in read.values()])
     work = partial(vc.compare, described, chosen, tol=tol, store=out, workers=workers, **options)
     written = table_as_json if as_json else summary
-    draw(plot, vc.plot_comparison, study(work, written, out, "--out FILE.csv", "scenes"))
+    found = study(work, written, out, "--out FILE.csv", "scenes")
+    if plot is not None:
+        draw(plot, vc.plot_comparison, found)
 
 
 def _names(files: list[Path], others: Container[str]) -> dict[str, Path]:

@@ -98,7 +98,8 @@ def _deliver(found: list[vc.Solution], out: Path | None, plot: Path | None, as_j
     finally:  # what was computed is not lost with its reader
         if out is not None:
             write_whole("--out", out, csv_table.as_csv(table))
-        draw(plot, vc.plot_curve, found)
+        if plot is not None:
+            draw(plot, vc.plot_curve, found)
 
 
 def _row(solution: vc.Solution) -> dict[str, Any]:
@@ -161,7 +162,8 @@ def curve(
         found = vc.creep_curve(described, names_of(methods), progress=progress, **ranges)
     if out is not None:
         write_whole("--out", out, bytes(found.to_netcdf(engine="scipy")))
-    draw(plot, vc.plot_curve, found, normalised=bool(found.limit > 0))
+    if plot is not None:
+        draw(plot, vc.plot_curve, found, normalised=bool(found.limit > 0))
     columns = ["theory", "vx", "vy", "spin", "Fx", "Fy", "Mz"]
     table = found.to_dataframe().reset_index()[columns]
     cells = [

@@ -42,7 +42,6 @@ def wheelrail(
         return
     from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
-    from varcontact.wheel_rail.plots import plot_positions
 
     check_outputs(out, plot, [case], force)
     check_outputs(None, plot_wear, [each for each in (case, out, plot) if each is not None], force)
@@ -65,9 +64,11 @@ def wheelrail(
     found_table = study(
         work, table_as_json if as_json else _report, out, "--out FILE.csv", "wheels"
     )
-    if len(read.cases) > 1:
+    if len(read.cases) > 1 and plot is not None:
+        from varcontact.wheel_rail.plots import plot_positions
+
         draw(plot, plot_positions, found_table)
-    elif plot is not None or plot_wear is not None:
+    elif len(read.cases) == 1 and (plot is not None or plot_wear is not None):
         # unless the table had it from last time
         solution = found[0] if found else read.cases[0].solve(**read.options)
         draw(plot, solution.plot)
