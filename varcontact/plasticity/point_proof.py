@@ -432,7 +432,7 @@ class PointProof:
         """What interpolation misses (n, 5), by the yield stress, and the axis that adds most; in
         blocks where stresses are small. `bent` is that of the residual stress (n, 3 axes, 5).
         """
-        missed = np.empty((len(boxes), 3, 5))
+        missed = np.zeros((len(boxes), 3, 5))
         missed[small] = self._missed_in_blocks(boxes[small])
         failed = small & ~(np.linalg.norm(missed.sum(axis=1), axis=-1) < (1 - SMALL) * k)
         exact = ~small | failed
