@@ -122,3 +122,14 @@ def test_programs_bound_each_other(way):
     assert fine.ratchet > 0.9
     bound = lower_bound(way, ResidualSpace.around(way, 6, 3, 7), 0.95 * fine.factor, quiet)
     assert 0.9 * fine.factor < bound.factor <= bound.sampled <= fine.factor
+
+
+@pytest.mark.parametrize(("n", "refined"), [(8, 1), (9, 1), (8, 2)])
+def test_meshes_have_no_kink_inside_a_cell_at_the_surface(n, refined):
+    """Whatever the number of elements: what is missed there has no bound."""
+    own = passage(ellipse(f=0.3, n=n), 2, ones, refined=refined).half()
+    closed = flow_mesh(own, 3, 2, 4)
+    surface = [block for block in closed.blocks if block.row == 0]
+    cells = np.concatenate([closed.samples(block)[0][:, ::2].ravel() for block in surface])
+    kinks = own.field.grid.y[own.field.grid.y > 0]
+    assert np.abs(kinks[:, None] - cells).min(axis=1) == pytest.approx(0.0, abs=1e-9)

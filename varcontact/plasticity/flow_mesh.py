@@ -121,13 +121,15 @@ def flow_mesh(passage: Passage, inside: int, outside: int, down: int) -> Mesh:
     element = passage.parts * float(np.diff(passage.y).min())
     wide = 2 ** max(0, round(np.log2((right - left) / element / inside)))
     side = wide * element
-    # whole rectangles, from the middle of a symmetric section or the node before the first
+    # whole rectangles, from the middle of a symmetric section or the node before the first, to the
+    # node beyond the last: tractions have a kink there
     start = left
     if passage.symmetric:
         start = 0.0
     elif passage.field is not None:
         start = float(passage.field.grid.y[0])
-    last = int(np.ceil((right - start) / side - 1e-9))
+    node = right + element / passage.parts / 2
+    last = int(np.ceil((node - start) / side - 1e-9))
     beyond = int(EXTENT * (passage.y[-1] - start) / side) - last
     steps = (np.arange(1, outside + 1) / outside) ** WIDTH_POWER
     added = np.unique(np.maximum(np.rint(beyond * steps), np.arange(1, outside + 1)))
