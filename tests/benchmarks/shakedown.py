@@ -34,7 +34,7 @@ QUICK_RANDOM, QUICK_PROGRAMS = 5, 1
 ROUNDING = 1e-6
 """Relative difference of bounds that is none."""
 RAIL_GAP = 0.05
-"""Asked of patches of wheels."""
+"""Gap that is asked for of patches of wheels."""
 K = 300.0
 """Yield stress in shear of the rail [N/mm^2]."""
 
