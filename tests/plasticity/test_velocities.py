@@ -1,8 +1,11 @@
 """Upper bounds by velocities: means of stress, what they miss, and compatible strains."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import varcontact as vc
 from tests.plasticity.fields import ellipse
 from varcontact.plasticity.flow_mesh import flow_mesh, mean_weights
 from varcontact.plasticity.koiter import _isochoric, _strain, upper_bound
@@ -133,3 +136,17 @@ def test_meshes_have_no_kink_inside_a_cell_at_the_surface(n, refined):
     cells = np.concatenate([closed.samples(block)[0][:, ::2].ravel() for block in surface])
     kinks = own.field.grid.y[own.field.grid.y > 0]
     assert np.abs(kinks[:, None] - cells).min(axis=1) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_velocities_are_drawn(way):
+    limit = vc.shakedown(ellipse(f=0.2, n=8), 1.0, gap=None)
+    flow = upper_bound(way, flow_mesh(way, 3, 2, 4), ones, quiet)
+    figure = replace(limit, mechanism=flow).plot()
+    section = figure.axes[2]
+    names = [text.get_text() for text in section.get_legend().get_texts()]
+    assert names == ["velocity across x"]
+    # both halves of the section, from the surface to where the flow ends
+    left, right = section.get_xlim()
+    assert left == pytest.approx(-right)
+    assert 0.1 < section.get_ylim()[0] < 1.5
+    assert section.get_ylim()[1] == 0

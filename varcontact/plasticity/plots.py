@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from varcontact import checks
 from varcontact.plasticity.shakedown_result import Shakedown
@@ -31,6 +32,8 @@ with unlimited kinematic hardening; by `python -m tests.benchmarks shakedown lin
 
 SMALL_FLOW = 0.08
 """Velocity, by the largest, below which none is drawn."""
+ARROWS = (13, 7)
+"""Velocities across the section and down, at most."""
 
 
 @checks.named_options()
@@ -73,6 +76,7 @@ def plot_shakedown_map(
             bounds = [limit.lower * pressure, limit.upper * pressure]
             drawn.plot([limit.local] * 2, bounds, color=colour, lw=4, solid_capstyle="butt")
             drawn.plot(limit.local, pressure, **style.look(number), ls="", label=name or None)
+        drawn.plot([], [], color="0.5", lw=4, solid_capstyle="butt", label="bounds of the limit")
         drawn.set(
             xlabel="largest traction / largest pressure",
             ylabel="largest pressure / k",
@@ -84,21 +88,28 @@ def plot_shakedown_map(
 
 
 def plot_limit(limit: Shakedown, figsize: tuple[float, float] | None = None) -> Figure:
-    """The section with the residual stress and the net flow, and the critical curve with its
-    circle.
+    """The section with the residual stress, the critical curve with its circle, and the velocities
+    of a mechanism if one was found.
     """
+    rows = 1
+    if limit.mechanism is not None:
+        rows = 2
     with style.styled():
-        figure, (section, curve) = style.new_figure(1, 2, (style.PAGE, 0.4 * style.PAGE), figsize)
+        size = (style.PAGE, 0.4 * rows * style.PAGE)
+        figure, axes = style.new_figure(rows, 2, size, figsize)
         if limit.section.y.size > 1:
-            _draw_section(section, limit)
+            _draw_section(axes[0], limit)
         else:
-            _draw_depths(section, limit)
-        _draw_curve(curve, limit)
+            _draw_depths(axes[0], limit)
+        _draw_curve(axes[1], limit)
+        if limit.mechanism is not None:
+            _draw_velocities(axes[2], limit)
+            axes[3].set_axis_off()
     return figure
 
 
 def _draw_section(ax: Axes, limit: Shakedown) -> None:
-    """Residual stress along x by k, and velocities of the mechanism or the place of the limit."""
+    """Residual stress along x by k, and the place of the limit."""
     section = limit.section
     shown = section.stress[0, 0] / limit.strength
     largest = max(float(np.abs(shown).max()), 1e-9)
@@ -107,8 +118,6 @@ def _draw_section(ax: Axes, limit: Shakedown) -> None:
     name = {"none": "residual stress", "kinematic": "back stress"}[limit.hardening]
     style.colour_bar(ax, image, f"{name} $\\rho_{{xx}}/k$")
     ax.plot(limit.place, limit.depth, "k+", markersize=9, clip_on=False, label=limit.mode)
-    if limit.mechanism is not None:
-        _draw_velocities(ax, limit)
     half = 0.4 * np.ptp(section.y) / 2
     middle = float(section.y.mean())
     window = {"xlim": (middle - half, middle + half), "ylim": (float(section.depth[-1]) / 2.5, 0)}
@@ -117,22 +126,32 @@ def _draw_section(ax: Axes, limit: Shakedown) -> None:
 
 
 def _draw_velocities(ax: Axes, limit: Shakedown) -> None:
-    """Net displacement along x as contours, across it as arrows where it counts."""
+    """Velocities where they count: along x by colour, across it by arrows."""
     flow: Any = limit.mechanism
     y, depth = flow.mesh.places.T * flow.unit
     velocity = flow.velocity
     if flow.mesh.places[:, 0].min() >= 0:  # half of a symmetric section
-        y = np.concatenate([-y, y])
-        depth = np.concatenate([depth, depth])
-        velocity = np.concatenate([velocity * [[1], [-1], [1]], velocity], axis=1)
-    if np.ptp(velocity[0]) > SMALL_FLOW:
-        levels = [-0.9, -0.7, -0.5, -0.3, -0.1, 0.1, 0.3, 0.5, 0.7, 0.9]
-        ax.tricontour(y, depth, velocity[0], levels, colors="k", linewidths=0.7)
-    shown = np.hypot(velocity[1], velocity[2]) > SMALL_FLOW
-    shown[::2] = False
-    if shown.any():
-        arrows = velocity[1:, shown]
-        ax.quiver(y[shown], depth[shown], arrows[0], -arrows[1], scale=3.0, width=0.004)
+        other = y > 0
+        y = np.concatenate([-y[other], y])
+        depth = np.concatenate([depth[other], depth])
+        mirrored = velocity[:, other] * [[1], [-1], [1]]
+        velocity = np.concatenate([mirrored, velocity], axis=1)
+    mesh = Triangulation(y, depth)
+    image = ax.tricontourf(mesh, velocity[0], np.linspace(-1, 1, 21), cmap="PuOr_r")
+    style.colour_bar(ax, image, "velocity along x by the largest")
+    # arrows on a lattice in the part that flows
+    counts = np.abs(velocity).max(axis=0) > SMALL_FLOW
+    ends = (y[counts].min(), y[counts].max())
+    lowest = depth[counts].max()
+    across, down = ARROWS
+    at = np.meshgrid(np.linspace(*ends, across), lowest * (np.arange(down) + 0.5) / down)
+    arrows = [np.asarray(LinearTriInterpolator(mesh, each)(*at).filled(0)) for each in velocity[1:]]
+    shown = np.hypot(*arrows) > SMALL_FLOW / 2
+    places = [each[shown] for each in at]
+    ax.quiver(*places, arrows[0][shown], -arrows[1][shown], scale=3.0, width=0.005, pivot="middle")
+    ax.plot([], [], "k", marker="$\\rightarrow$", markersize=12, ls="", label="velocity across x")
+    ax.set(xlabel="y", ylabel="depth", xlim=ends, ylim=(lowest, 0))
+    style.legend_below(ax, columns=2)
 
 
 def _draw_depths(ax: Axes, limit: Shakedown) -> None:
