@@ -225,7 +225,7 @@ class Adjoint:
         if scene.approach is not None:
             approach = scene.approach
         return replace(
-            base, scene=scene, disc=disc, creepage=creepage, approach=approach, at_home=base
+            base, scene=scene, disc=disc, creepage=creepage, approach=approach, of_solution=base
         )
 
     def _pressure_moved(self, fields: ContactFields) -> float:

@@ -33,7 +33,7 @@ class ContactFields:
 
     Creepages are those that are prescribed, and those found for a force; of a shift its components.
     Of a step of a history `brought` (2, ny, nx) is the local shift by what particles bring along.
-    In a scene nearby, `at_home` are the fields in their own one.
+    In a scene nearby, `of_solution` are the fields in the scene of the solution.
     """
 
     scene: Scene
@@ -43,7 +43,7 @@ class ContactFields:
     creepage: np.ndarray
     approach: float
     brought: np.ndarray | float = 0.0
-    at_home: ContactFields | None = None
+    of_solution: ContactFields | None = None
 
     @property
     def area(self) -> float:
@@ -82,9 +82,9 @@ class ContactFields:
     def elastic_distance(self) -> np.ndarray:
         """A_zz p + A_zt q of dimensionless influence numbers, (ny, nx)."""
         operators = self.disc.operators
-        at_home = self.at_home
-        if at_home is not None and operators is at_home.disc.operators:
-            return at_home.elastic_distance
+        of_solution = self.of_solution
+        if of_solution is not None and operators is of_solution.disc.operators:
+            return of_solution.elastic_distance
         elastic = operators.normal.apply(self.pressure[None])[0]
         if self._has_tractions and self.disc.K != 0:
             elastic = elastic + operators.traction_to_distance.apply(self.traction)[0]
@@ -105,9 +105,9 @@ class ContactFields:
         """M q + B p of dimensionless influence numbers, (2, ny, nx)."""
         disc = self.disc
         operator = disc.tangential_operator
-        at_home = self.at_home
-        if at_home is not None and operator is at_home.disc.tangential_operator:
-            return at_home.elastic_shift
+        of_solution = self.of_solution
+        if of_solution is not None and operator is of_solution.disc.tangential_operator:
+            return of_solution.elastic_shift
         elastic = operator.apply(self.traction)
         if disc.K != 0:
             elastic = elastic + disc.pressure_to_shift.apply(self.pressure[None])

@@ -289,7 +289,7 @@ class LinearisedContact:
             total[component] += found.forces[row]
         return total
 
-    def by_pressure(self, shift: np.ndarray, by_tractions: np.ndarray) -> np.ndarray:
+    def by_pressure(self, shift: np.ndarray, by_tractions: np.ndarray | float) -> np.ndarray:
         """Derivatives by pressures (ny, nx) of what multipliers of the shift weight: by tractions
         that grow with the pressure, by those that enter at a moving edge, and of unlike bodies.
         """
@@ -430,7 +430,7 @@ class _TransposedSystem:
         self._no_shift = np.zeros((2, *contact.shape))
         self._no_distance = np.zeros(contact.shape)
         areas = contact.areas
-        self._weight = 1 / np.sqrt(max(np.count_nonzero(areas.contact), 1))
+        self._weight = 1 / np.sqrt(max(int(np.count_nonzero(areas.contact)), 1))
 
         # places in the vector
         size = areas.contact.size
