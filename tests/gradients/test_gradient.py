@@ -475,6 +475,50 @@ def test_contacts_without_a_gradient(scene, field):
     assert caught.value.field == field
 
 
+def _relaxing_step():
+    motion = vc.Transient(steps=1, vx=1e-3, dq=0.24, dt=0.2, normal_force=0.02)
+    bodies = vc.Viscoelastic(1.0, 0.28, [(1.0, 0.5)])
+    return vc.solve(contact(bodies, motion, normal_force=None, grid=COARSE), certify="none")[0]
+
+
+def _parts_of_elements():
+    """Of another surface than paraboloids, whose pressure is no closed form."""
+    grid = replace(COARSE, edge="softened")
+    distance = COARSE.x**2 / 200 + COARSE.y[:, None] ** 2 / 180
+    return vc.solve(contact(surface=vc.SampledDistance(distance), grid=grid), certify="none")
+
+
+def _softened_under_hertz():
+    """On elements whose edge is softened, under Hertz's pressure."""
+    return vc.solve(contact(grid=vc.Grid(nx=12, ny=12, edge="softened")), certify="none")
+
+
+def _coupled_by_johnson():
+    return vc.solve(contact(UNLIKE, grid=COARSE), coupling="johnson", certify="none")
+
+
+@pytest.mark.parametrize(
+    ("solve", "by", "words"),
+    [
+        (_relaxing_step, "vx", "steps of others have no gradient"),
+        (_parts_of_elements, "normal_force", "pressures on parts of elements have no gradient"),
+        (_softened_under_hertz, "distance", 'whose edge is "centres"'),
+        (_coupled_by_johnson, "vx", "this one is approximate"),
+    ],
+)
+def test_solutions_of_other_problems_have_no_gradient(solve, by, words):
+    with pytest.raises(SceneError, match=words):
+        solve().gradient("Fx", by)
+
+
+def test_a_step_of_a_history_has_no_error_bars():
+    """The steps before would have to be solved on larger elements as well."""
+    motion = vc.Transient(steps=1, vx=1e-3, dq=0.24, normal_force=0.02)
+    (step,) = vc.solve(contact(motion=motion, normal_force=None, grid=COARSE), certify="none")
+    with pytest.raises(SceneError, match="solved after those before"):
+        step.gradient("Fx", "vx", error=True)
+
+
 def test_a_solution_that_is_not_converged_has_no_gradient():
     with pytest.raises(vc.NotConverged) as failure:
         vc.solve(contact(grid=vc.Grid(nx=6, ny=6)), tol=1e-30)

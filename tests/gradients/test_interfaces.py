@@ -102,6 +102,16 @@ def test_what_has_a_memory_is_refused(changes, field):
         vc.solve(contact(**changes), certify="none").gradient("Fx", "vx")
 
 
+def test_a_law_by_temperature_is_refused():
+    scene = contact(
+        motion=replace(ROLLING, speed=1.0),
+        friction=vc.TemperatureFalling(0.4, 0.2, over=100.0),
+        thermal=vc.Thermal(conductivity=1.0, density=1.0, heat_capacity=1.0),
+    )
+    with pytest.raises(SceneError, match="does not depend on temperature"):
+        vc.solve(scene, certify="none").gradient("Fx", "vx")
+
+
 def test_full_slip_under_a_law_follows_the_mean_slip():
     """Far beyond saturation the slip is the creepage: dF/dvx is that of the law."""
     law = vc.RationalFalling(0.4, 0.2, half_velocity=0.1)
