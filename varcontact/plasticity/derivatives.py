@@ -46,7 +46,7 @@ PAIRS = 50_000
 """Pairs of boxes and nodes at once."""
 SINGLE = np.float32
 """Sums over pairs are in single precision, in half the time."""
-ROUNDED = 1 + 1e-4
+ROUNDED = 1 + 1e-3
 """Factor on them that covers its rounding."""
 
 
