@@ -270,6 +270,15 @@ def test_residual_stress_is_in_equilibrium_and_holds_between_samples():
     assert np.linalg.norm(total, axis=-1).max() < 1.003
 
 
+def test_a_shallow_passage_is_the_upper_part_of_the_whole(small):
+    whole = passage(small, 2, ones)
+    shallow = passage(small, 2, ones, deepest=1.0)
+    count = len(shallow.depth)
+    assert shallow.depth == pytest.approx(whole.depth[:count])
+    assert shallow.depth[-1] <= 1.0 < whole.depth[count]
+    assert (shallow.curves == whole.curves[:count]).all()
+
+
 def test_half_the_elements_carry_the_same_load(sliding):
     half = of_half_the_elements(sliding)
     assert half.pressure.sum() * half.grid.area == pytest.approx(sliding.normal_force, rel=1e-12)

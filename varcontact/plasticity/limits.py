@@ -45,6 +45,8 @@ SPLINES = (14, 5, 16)
 FINER_SPLINES = (20, 6, 20)
 MESHES = ((9, 4, 10), (18, 4, 14))
 """Rectangles of velocities, likewise."""
+ERROR_DEPTH = 1.5
+"""Depth to which the error of the field is looked for, by that of the limit or a half-width."""
 MOSTLY = 0.5
 """Part of the dissipation at the surface above which the limit is that of its sliding: velocities
 below it and finer stresses gain nothing."""
@@ -302,7 +304,8 @@ def _of_point(search: Search) -> Shakedown:
     error = math.nan
     if search.elastic is None:
         half = replace(search, solution=of_half_the_elements(search.solution))
-        alone = _passage(half, _parts(ELEMENTS_OF_FAMILIES, across / 2))
+        deepest = ERROR_DEPTH * max(closed.alternating.place[1], 1.0)
+        alone = _passage(half, _parts(ELEMENTS_OF_FAMILIES, across / 2), deepest)
         alternating, surface, _ = mechanisms(alone)
         change = _least(alternating, surface, search).factor
         error = abs(change / _least(closed.alternating, closed.surface, search).factor - 1)
@@ -368,11 +371,12 @@ def _parts(most: int, across: float) -> int:
     return max(1, round(most / across))
 
 
-def _passage(search: Search, parts: int) -> Passage:
+def _passage(search: Search, parts: int, deepest: float = math.inf) -> Passage:
     """The passage with so many samples to an element; one half where that is enough."""
     whole = passage(
-        search.solution, search.side, search.strength, refined=parts, elastic=search.elastic
-    )
+        search.solution, search.side, search.strength,
+        refined=parts, elastic=search.elastic, deepest=deepest,
+    )  # fmt: skip
     if whole.symmetric:
         return whole.half()
     return whole

@@ -131,8 +131,10 @@ def passage(
     *,
     refined: int = 1,
     elastic: ElasticStress | None = None,
+    deepest: float = math.inf,
 ) -> Passage:
-    """The passage of a point contact, on its elements divided `refined` times.
+    """The passage of a point contact, on its elements divided `refined` times, to the depth
+    `deepest` in half-widths.
 
     Half-spaces and layers have the field of the solution's tractions; others need one, `elastic`.
     """
@@ -149,6 +151,7 @@ def passage(
     ahead = _beyond(AHEAD, unit / dx)
     beside = _beyond(BESIDE * slender, unit / dy)
     depth = DEEPEST * slender * unit * np.linspace(0, 1, DEPTHS) ** DEPTH_POWER
+    depth = depth[depth <= deepest * unit]
     across = _places(y, dy, beside)
     along = _places(x, dx, ahead)
     kept_x = _samples(along, ends[0] - CLOSE * unit, ends[1] + CLOSE * unit)
@@ -157,7 +160,7 @@ def passage(
         curves = _given_curves(elastic, along[kept_x], across[kept_y], depth, side)
     else:
         field = BodyField(solution, side)
-        curves = np.empty((DEPTHS, len(kept_y), len(kept_x), 5))
+        curves = np.empty((len(depth), len(kept_y), len(kept_x), 5))
         for number, at in enumerate(depth):
             layer = _layer(field, load, grid, at, (beside, ahead))
             curves[number] = np.moveaxis(layer[:, kept_y][:, :, kept_x], 0, -1)
