@@ -47,7 +47,7 @@ from varcontact.scene.surfaces import (
 )
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Scales
-from varcontact.system.process import lazy_property
+from varcontact.system.process import changed, lazy_property
 from varcontact.transports import SteadyRolling, Step, Transport
 
 STEP_MIN = 1e-6
@@ -351,7 +351,7 @@ class Discretisation:
         """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient`
         and so on.
         """
-        return replace(self, loading=replace(self.loading, **changes))
+        return changed(self, loading=changed(self.loading, **changes))
 
     def with_motion(self, motion: Motion | None) -> Discretisation:
         """The same contact under a motion, with the rigid slip of its samples in the elements."""
@@ -406,9 +406,10 @@ class Discretisation:
         operators = self.operators
         if isinstance(scene.motion, TimeStep):
             operators = operators.at_end(scene.motion.dt)
-        loading = replace(_loading_of(scene), previous_step=previous_step, beside=beside)
-        at_step = replace(self, loading=loading, operators=operators)
-        at_step = replace(at_step, surface=surface, hertz=scene.hertz)
+        loading = changed(_loading_of(scene), previous_step=previous_step, beside=beside)
+        at_step = changed(
+            self, loading=loading, operators=operators, surface=surface, hertz=scene.hertz
+        )
         if surface is self.surface and beside is self.loading.beside:
             return at_step
         return replace(at_step, distance=at_step.undeformed_distance(self.grid))

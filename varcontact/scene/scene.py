@@ -48,7 +48,7 @@ from varcontact.scene.surfaces import (
 )
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
-from varcontact.system.process import lazy_property
+from varcontact.system.process import changed, lazy_property
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar  # of the type checker's own: TypeVar with a default
@@ -562,7 +562,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             surface = SampledDistance(distance, reference_depth=self.reference_depth)
         load: dict[str, Any] = {"normal_force": force, "approach": approach}
         moving = motion.step(k, grid.sides[0])
-        return replace(
+        # the history's own checks are those of its steps
+        return changed(
             history, **load, surface=surface, friction=friction, motion=moving, grid=grid
         )
 

@@ -164,6 +164,17 @@ class lazy_property(Generic[Value]):  # noqa: N801 - written as the decorator `p
         return value
 
 
+def changed(entry: Value, **changes: Any) -> Value:
+    """A frozen dataclass with changes that need no check: `dataclasses.replace` without the class's
+    own, in a fifth of the time. Lazy properties are not copied.
+    """
+    names = entry.__dataclass_fields__  # type: ignore[attr-defined]
+    entries = {name: value for name, value in entry.__dict__.items() if name in names}
+    made = object.__new__(type(entry))
+    made.__dict__.update(entries, **changes)
+    return made
+
+
 def one_blas_thread() -> _Limit:
     """Limit BLAS to one thread within a block, or as a decorator within a function.
 
