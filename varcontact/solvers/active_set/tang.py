@@ -37,8 +37,8 @@ NEWTON_TOL_EXACT = 1e-13
 """Relative error of the shift at which exact Newton's method stops."""
 NEWTON_ROUNDING = 1e-9
 """Relative error of the shift below which Newton's method stops once the error no longer falls."""
-RESIDUAL_MIN = 1e-14
-"""Residual at which the safeguarded version stops: rounding."""
+RESIDUAL_MIN = 1e-13
+"""Residual at which the safeguarded version stops: rounding of some hundred elements in line."""
 RESIDUAL_SOLVED = 1e-11
 """Residual from which it calls a problem solved: near saturation rounding leaves more."""
 REUSE_RATIO = 1e-3
