@@ -37,12 +37,14 @@ test_style test_smear test_mutants
 
 
 def pytest_collection_modifyitems(items):
-    """Folders and files that take most of the time, and the command line, are slow: `-m "not slow"`
-    leaves the rest.
+    """Long tests, folders and files that take most of the time, and the command line are slow:
+    `-m "not slow"` leaves the rest.
     """
     for item in items:
         path = item.path
-        if {path.parent.name, path.stem} & {*SLOW.split()} or path.stem.startswith("test_cli"):
+        of_slow_folder = {path.parent.name, path.stem} & {*SLOW.split()}
+        of_command_line = path.stem.startswith("test_cli")
+        if of_slow_folder or of_command_line or item.get_closest_marker("long"):
             item.add_marker("slow")
 
 

@@ -74,8 +74,8 @@ SWAPS = {
     ast.Or: ("or", "and"),
 }
 EXTREMA = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum"}
-QUICK = "not slow and not long"
-SLOW = "slow and not long"
+QUICK = "not slow"
+SLOW = "slow"
 NO_TESTS = 5
 """Exit status of pytest where a module has no tests."""
 TIME_LIMIT = "time limit"
