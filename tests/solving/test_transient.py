@@ -370,3 +370,29 @@ def test_a_force_without_friction_is_refused_before_any_work(friction, steps, st
         assert (failure.value.step, failure.value.limit, failure.value.history) == (1, 0.0, None)
     assert told == []
     assert not stored or not store.exists()
+
+
+def test_a_step_of_a_line_whose_areas_stay_takes_one_newton_step():
+    """Equations are linear on given areas: what is left after one step is rounding."""
+    elements = 128
+    side = 2.0 / elements
+    surface = vc.Cylinders(R=LIKE.combined_G / (2 * (1 - LIKE.combined_nu)))  # half-width 1
+    force = np.pi / 2
+    motion = vc.Transient(steps=24, dq=[0.0] + [side] * 23, Fx=-0.75 * force)
+    grid = vc.Grid(nx=154, dx=side, x0=-1.2)
+    scene = cylinder(surface=surface, normal_force=force, friction=1.0, motion=motion, grid=grid)
+    settled = vc.solve(scene)[12:]
+    assert sum(step.iterations["tangential"] for step in settled) <= 1.25 * len(settled)
+    assert max(step.certificate.residual for step in settled) < 1e-12
+
+
+def test_the_scene_of_a_step_is_one_that_its_own_checks_accept():
+    """Steps take over the checked scene of the history, number by number."""
+    grid = vc.Grid(nx=40, dx=0.1, x0=-2.0)
+    motion = vc.Transient(steps=3, dq=0.1, Fx=[0.0, 0.1, 0.0], normal_force=[1.0, 2.0, 0.0])
+    history = cylinder(motion=motion, friction=np.full(40, 0.3), grid=grid)
+    for k in range(3):
+        step = history.step(k, grid)
+        checked = dataclasses.replace(step)
+        assert repr(step) == repr(checked)
+        assert np.array_equal(step.friction, checked.friction)
