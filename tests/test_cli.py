@@ -54,6 +54,7 @@ def untimed(report):
     ]
 
 
+@pytest.mark.long
 def test_installed_command(folder):
     """As processes: the report that this one makes, and an error on one line with its exit
     status.
@@ -145,6 +146,7 @@ def test_a_plan_in_json_is_that_of_the_solution(folder):
     assert (printed["normal"], printed["tangential"], printed["special"]) == ("norm", "tang", [])
 
 
+@pytest.mark.long
 def test_report_file_and_picture(folder, pictures):
     done = run("solve", "scene.toml", "--out", "result.nc", "--plot", "result.png", folder=folder)
     assert done.returncode == 0, done.stderr
@@ -226,6 +228,7 @@ def test_not_solved_to_tolerance(folder, certify):
     assert not vc.load(folder / "result.nc").converged
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "arguments", [("solve", "scene.toml", "--json", "--out", "a.nc"), ("solve", "--help")]
 )
@@ -246,6 +249,7 @@ def test_reader_that_has_gone(folder, arguments):
     )
 
 
+@pytest.mark.long
 def test_output_that_cannot_be_written(folder):
     """Standard output that takes nothing: one line, and the file of --out is written all the
     same.
@@ -280,6 +284,7 @@ def test_import_is_light():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.long
 def test_a_small_solve_imports_no_more_than_it_needs():
     """Other solvers, grids for an accuracy, time stepping, files, and SciPy's rooms for these."""
     unused = (
@@ -308,6 +313,7 @@ print([name for name in {unused} if name in sys.modules])
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.long
 def test_a_solve_without_a_picture_imports_nothing_that_draws(folder):
     command = [sys.executable, "-X", "importtime", "-m", "varcontact", "solve", "scene.toml"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
@@ -315,6 +321,7 @@ def test_a_solve_without_a_picture_imports_nothing_that_draws(folder):
     assert not re.search(r"\| +(matplotlib|xarray|pandas|cvxpy)\b", done.stderr)
 
 
+@pytest.mark.long
 def test_matplotlib_says_nothing_of_its_caches(folder):
     """Where its folder is not one, it warns on standard error, as it does of the fonts it looks
     for.
@@ -352,6 +359,7 @@ def test_without_a_picture_matplotlib_is_not_loaded(folder):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.long
 def test_compare(folder, pictures):
     methods = "tang-safeguarded,fastsim,cvxpy:CVXOPT"
     done = run(
@@ -389,6 +397,7 @@ def test_compare(folder, pictures):
     assert rows[2]["Fx"] is None
 
 
+@pytest.mark.long
 def test_compare_takes_the_accuracy_of_a_file(folder):
     """As of the command line; files that ask for different ones are refused."""
     asked = SCENE.split("[grid]")[0] + "\n[solve]\naccuracy = 0.1\n"
@@ -408,6 +417,7 @@ def test_compare_takes_the_accuracy_of_a_file(folder):
     assert "must be the same for all scene files" in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("options", "accuracy"), [((), 0.01), (("--accuracy", "0.1"), 0.1)])
 def test_a_history_to_an_accuracy_is_saved_at_the_end(folder, options, accuracy):
     (folder / "history.toml").write_text(HISTORY.split("[grid]")[0])

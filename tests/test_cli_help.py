@@ -25,6 +25,7 @@ def said(*arguments):
     return done.stdout
 
 
+@pytest.mark.long
 def test_commands():
     assert {"compare", "converge", "plan", "solve", "sweep"} <= set(COMMANDS)
     assert all(f"\n  {command} " in said("--help") for command in COMMANDS)
@@ -74,6 +75,7 @@ def test_version():
     assert said("--version") == f"varcontact {vc.__version__}\n"
 
 
+@pytest.mark.long
 def test_completion_is_installed_and_completes(tmp_path):
     """By bash itself, in a home of its own: commands, and options of a command."""
     scripts = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"

@@ -92,6 +92,7 @@ def interrupted(folder, *arguments, at, within=SOLVING):
     return done.stdout, done.stderr.rsplit("varcontact: ", 1)[-1].strip()
 
 
+@pytest.mark.long
 def test_one_problem(folder):
     output, said = interrupted(
         folder, "solve", "two.toml", "--formulation", "marching", "--out", "a.nc", at="tangential"
@@ -103,6 +104,7 @@ def test_one_problem(folder):
     assert not (folder / "a.nc").exists()
 
 
+@pytest.mark.long
 def test_history_with_a_file(folder):
     """The steps are printed, and stand in the file."""
     output, said = interrupted(
@@ -115,6 +117,7 @@ def test_history_with_a_file(folder):
     assert said == f"interrupted after {kept} of 4000 steps; {how}"
 
 
+@pytest.mark.long
 def test_comparison_with_a_table(folder):
     call = ("compare", "one.toml", "two.toml", "--methods", METHOD, "--out", "t.csv")
     output, said = interrupted(folder, *call, at="two")
@@ -124,6 +127,7 @@ def test_comparison_with_a_table(folder):
     assert pd.read_csv(folder / "t.csv")["scene"].tolist() == ["one"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at", ["nothing", r"[1-9]\d\d of 4000"])
 def test_a_sweep_in_processes(folder, at):
     """While they begin and while they work: neither their tracebacks nor semaphores that nobody

@@ -20,6 +20,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 def test_a_range_of_creepages_as_table_json_and_picture(folder):
     done = run(
         "scan", "scene.toml", "--vx", "0:0.2:5", "--out", "c.csv", "--plot", "c.png", folder=folder
@@ -97,6 +98,7 @@ def test_an_accuracy_gives_each_solution_its_grid(folder):
     assert rows[0]["contact"] == expected.elements["contact"]
 
 
+@pytest.mark.long
 def test_what_is_finished_is_kept_when_a_solution_fails(folder):
     """Without creepage nothing is left to solve, and any tolerance is met; with creepage there is
     rounding.

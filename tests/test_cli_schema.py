@@ -38,6 +38,7 @@ def kind_of(table):
     return "sweep" if "over" in table else "scene"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", SCHEMAS)
 def test_schemas_are_schemas(kind):
     jsonschema.Draft202012Validator.check_schema(SCHEMAS[kind]())

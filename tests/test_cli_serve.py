@@ -160,6 +160,7 @@ def test_a_long_line_is_not_kept(monkeypatch):
 COMMAND = [sys.executable, "-m", "varcontact", "serve"]
 
 
+@pytest.mark.long
 def test_standard_input_until_its_end(tmp_path):
     done = subprocess.run(
         COMMAND, input=line(GOOD) + b"\n" + b'{"wh', capture_output=True, timeout=300
@@ -169,6 +170,7 @@ def test_standard_input_until_its_end(tmp_path):
     assert good["wheels"]["1L"]["ok"] and "error" in half
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it_in_silence(end):
     # a shell's background jobs begin deaf to it
@@ -183,6 +185,7 @@ def test_a_signal_ends_it_in_silence(end):
     assert process.stderr.read() == b""
 
 
+@pytest.mark.long
 def test_a_small_request_is_answered_beside_a_large_one():
     process = subprocess.Popen([*COMMAND, "--port", "0"], stdout=subprocess.PIPE)
     try:
@@ -203,6 +206,7 @@ def test_a_small_request_is_answered_beside_a_large_one():
     assert process.wait(timeout=300) == 0
 
 
+@pytest.mark.long
 def test_a_local_socket():
     """Two clients at once; one that leaves in the middle of a message disturbs nobody."""
     process = subprocess.Popen(

@@ -24,6 +24,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 def test_all_combinations_into_a_store_and_on_from_there(folder):
     first = run("sweep", "sweep.toml", "--out", "sweep.nc", folder=folder)
     assert (first.returncode, first.stderr) == (0, "")
@@ -66,6 +67,7 @@ def test_all_combinations_into_a_store_and_on_from_there(folder):
     assert (folder / "sweep.nc").read_bytes() == content
 
 
+@pytest.mark.long
 def test_failures_are_counted_with_their_reasons(folder):
     (folder / "sweep.toml").write_text(
         SCENE + "[over]\nmotion.Fx = [-0.1, -0.5]\n[solve]\ntol = 1e-7\n"
@@ -126,6 +128,7 @@ def test_bad_input(folder, over, options, words):
     assert [file.name for file in folder.iterdir()] == ["sweep.toml"]
 
 
+@pytest.mark.long
 def test_a_cluster_by_its_address(folder):
     """Its workers, here threads, give the bytes that this process gives."""
     from distributed import LocalCluster

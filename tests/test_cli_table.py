@@ -8,6 +8,7 @@ from varcontact.theories import TableBook, table_forces
 SIZE = ["--least", "0.8", "--greatest", "1.25", "--ratios", "2", "--steps", "2", "--degree", "3"]
 
 
+@pytest.mark.long
 def test_a_book_for_other_bodies(tmp_path):
     done = run("table", "make", "--nu", "0.4", "--out", "book.nc", *SIZE, folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

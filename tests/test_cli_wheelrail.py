@@ -30,6 +30,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 def test_one_wheel_with_its_pictures(folder):
     done = run(
         "wheelrail", "one.toml", "--plot", "wheel.png", "--plot-wear", "wear.png", folder=folder
@@ -41,6 +42,7 @@ def test_one_wheel_with_its_pictures(folder):
     assert all((folder / name).stat().st_size > 20_000 for name in ("wheel.png", "wear.png"))
 
 
+@pytest.mark.long
 def test_a_rough_profile_is_told_once_with_the_table(folder):
     rail = Profile.rail_60e1()
     noise = 2e-3 * np.random.default_rng(1).normal(size=rail.z.size)
@@ -52,6 +54,7 @@ def test_a_rough_profile_is_told_once_with_the_table(folder):
     assert (folder / "wheel.png").stat().st_size > 20_000
 
 
+@pytest.mark.long
 def test_a_sequence_into_a_table_and_on_from_there(folder):
     first = run(
         "wheelrail", "two.toml", "--out", "table.csv", "--plot", "over.png", "--json", folder=folder
@@ -73,6 +76,7 @@ def test_a_sequence_into_a_table_and_on_from_there(folder):
     assert (folder / "table.csv").read_bytes() == content
 
 
+@pytest.mark.long
 def test_an_accuracy_gives_errors_and_a_theory_none(folder):
     """As in the case file; elements that are given leave no choice."""
     (folder / "free.toml").write_text(CASE.replace("dx = 1.0\ndy = 1.0\n", ""))

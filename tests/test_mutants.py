@@ -73,6 +73,7 @@ def test_every_kind_of_mutant_is_made_and_texts_are_left(tmp_path):
     }
 
 
+@pytest.mark.long
 def test_a_mutant_without_end_is_caught_by_its_time(toys):
     (toys / "varcontact/toys/toy.py").write_text("n = 3\nwhile n > 0:\n    n -= 1\n")
     (toys / "tests/toys/test_toy.py").write_text("import varcontact.toys.toy\n\ndef test(): pass\n")
@@ -107,6 +108,7 @@ def test_results_are_kept_where_lines_move(tmp_path):
     assert verdict(record) == "equivalent"
 
 
+@pytest.mark.long
 def test_a_wrong_sign_is_caught_and_an_equivalent_comparison_survives(toys, monkeypatch, capsys):
     """By the command, which continues where it was and counts what is judged equivalent."""
     monkeypatch.setattr(mutants, "ROOT", toys)

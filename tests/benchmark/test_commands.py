@@ -2,9 +2,12 @@
 
 import json
 
+import pytest
+
 from tests.command import assert_bad_input, run
 
 
+@pytest.mark.long
 def test_benchmark(tmp_path):
     """All twenty problems, in JSON, kept in a table; what is kept is not measured again."""
     arguments = ("benchmark", "--quick", "--solver", "norm", "--tols", "1e-3", "--json")
@@ -35,6 +38,7 @@ def test_a_module_of_the_folder_and_what_is_none(tmp_path):
         assert run("benchmark", "--quick", *options, folder=tmp_path).returncode == 2
 
 
+@pytest.mark.long
 def test_problems(tmp_path):
     done = run("problems", "set", "--quick", folder=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -123,6 +123,7 @@ def test_each_solver_begins_from_the_data():
     assert fresh.operator.matrix is not matrix
 
 
+@pytest.mark.long
 def test_solvers_that_do_not_end_or_crash_are_stopped_and_others_go_on():
     """By processor time; tighter tolerances are not tried."""
     names = [f"{USERS}:endless", f"{USERS}:crashing", f"{USERS}:good"]
@@ -143,6 +144,7 @@ def test_a_process_that_ends_with_trials_unread_has_crashed():
         assert process._received(10.0).outcome == "crashed"
 
 
+@pytest.mark.long
 def test_solvers_that_only_wait_are_stopped_by_the_clock():
     compared = vc.benchmark_solvers(
         [f"{USERS}:sleeping"], chosen("shift, 6 across"), tols=[1e-3], limit=0.1
@@ -150,6 +152,7 @@ def test_solvers_that_only_wait_are_stopped_by_the_clock():
     assert compared.runs["outcome"].tolist() == ["out of time"]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no signal that stops a process")
 def test_time_without_a_processor_does_not_count():
     limit = 0.15  # seconds of processor time; the clock allows no more than ten of them to sleep
@@ -169,6 +172,7 @@ def stop_at(word):
     return progress
 
 
+@pytest.mark.long
 def test_an_interrupted_comparison_is_resumed(tmp_path):
     """A registered solver takes part; a table with another problem of a name is refused."""
     vc.register_solver("admm-of-mine", good)

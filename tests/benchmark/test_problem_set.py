@@ -79,6 +79,7 @@ def test_kinds_are_what_their_names_say():
     assert np.ptp(like.rigid_shift[0]) < 1e-12
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["rough, 16 across", "two arcs, steady, 20 across"])
 def test_problems_are_always_the_same(name):
     first = vc.benchmark_problems()[name].program().contact_problem

@@ -10,6 +10,7 @@ from tests.benchmarks.balance import outcome, wheel_set
 from varcontact.wheel_rail import Position
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_balance_beside_a_position_that_no_roll_balances():
     """The scan of positions finds it between 4.97 and 5.15 mm; at 5.0 mm no roll balances."""
@@ -19,6 +20,7 @@ def test_balance_beside_a_position_that_no_roll_balances():
     assert 0 < found[1] < 1.7
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_balance_beside_a_jump_of_the_forces():
     """Lateral forces jump between 5.3 and 5.35 mm; loads are balanced where they do not jump."""
@@ -27,6 +29,7 @@ def test_balance_beside_a_jump_of_the_forces():
     assert 5.3 < found.position.y < 5.35
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_balance_beside_a_flange_that_begins_to_bear():
     """A scan of 41 x 41 positions brackets it: y from -5.6 to -5.575 mm, yaw from -2.5 to -2 mrad;

@@ -81,6 +81,7 @@ def test_bound_of_a_default_solve_is_near_rounding():
     assert np.all(certificate.force_bound < 1e-9 * 0.3)
 
 
+@pytest.mark.long
 @settings(max_examples=30)
 @given(
     seed=st.integers(0, 2**32 - 1),

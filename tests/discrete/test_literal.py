@@ -140,6 +140,7 @@ class Exact:
         raise AssertionError("no exact solution")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("motion", "method"), TANGENTIAL)
 def test_tractions(motion, method):
     scene = dataclasses.replace(BASE, **MOTIONS[motion])

@@ -124,6 +124,7 @@ def pressed(cells, line, bodies):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("line", [False, True], ids=["plane", "line"])
 @pytest.mark.parametrize(
     "bodies", [LIKE, vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.4))], ids=["like", "unlike"]

@@ -53,6 +53,7 @@ def has_factor(matrix):
     return True
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("ratio", "nu", "cells", "part"), NAMED)
 def test_a_negative_direction_that_no_force_sees(ratio, nu, cells, part):
     """Beyond `DENSE_LIMIT` elements, with one eigenvalue of -1e-8 or so: not taken for positive
@@ -64,6 +65,7 @@ def test_a_negative_direction_that_no_force_sees(ratio, nu, cells, part):
     assert positive_definite(M) is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("ratio", "nu", "part"), [(1.5, 0.28, 0.4)])
 def test_barely_positive_definite(ratio, nu, part):
     """The same contacts in slightly longer steps: positive definite, and found to be, with a least
@@ -149,6 +151,7 @@ def test_half_of_a_problem():
             assert found.least <= np.linalg.eigvalsh(dense(M))[0]
 
 
+@pytest.mark.long
 def test_many_elements_need_no_matrix(monkeypatch):
     """Whether rolling on 2812 elements is monotone, told without a dense matrix."""
 
@@ -181,6 +184,7 @@ def test_softened_elements():
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cells", [(32, 21), (48, 32)])
 def test_bounds_of_the_second_order_scheme(cells):
     scene = make_scene(

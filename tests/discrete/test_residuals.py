@@ -54,6 +54,7 @@ def test_gap_by_its_definition(solved):
     assert gap(problem, p, STILL)[0] == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.long
 @settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1), size=st.floats(-8, 0.5))
 def test_gap_is_positive_and_bounds_the_error(solved, seed, size):
@@ -98,6 +99,7 @@ def test_force_bound_dense_and_by_fft_agree(rolling, monkeypatch):
     assert np.all(by_fft.force_bound >= dense.force_bound), "never less than the exact bound"
 
 
+@pytest.mark.long
 def test_large_grid_needs_no_dense_matrix(rolling, monkeypatch):
     """The certificate of given tractions, and normal contact with Hertz's pressure, on many
     elements.

@@ -46,6 +46,7 @@ def block(example):
     )
 
 
+@pytest.mark.long
 def test_a_cylinder_on_a_block_is_hertz(example, block):
     """Rigid on elastic, half width 2: peak pressure and area to half a per cent."""
     radius, half_width = 100.0, 2.0
@@ -75,6 +76,7 @@ def test_compliances_of_finite_elements_are_reciprocal(block):
     assert np.linalg.eigvalsh(work).min() > 0
 
 
+@pytest.mark.long
 def test_half_spaces_at_the_gauge_corner(example):
     """Plane half-spaces lack 1.9 % of the peak pressure at half width 4, conformal ones have .5 %
     too much; published nowhere, and equal by two meshes of different kinds to .1 %.
@@ -86,6 +88,7 @@ def test_half_spaces_at_the_gauge_corner(example):
     assert conformal == pytest.approx(0.5, abs=0.15)
 
 
+@pytest.mark.long
 def test_flat_blocks_by_wave_number_roll_as_half_spaces(rolling):
     """Sections of prisms, factored by wave number and summed: the error of the mesh alone."""
     errors = rolling.flat_blocks(3.0, step=0.8, cells=14, waves=9)
@@ -94,6 +97,7 @@ def test_flat_blocks_by_wave_number_roll_as_half_spaces(rolling):
     assert errors["Fy by spin"] == pytest.approx(0.0, abs=2.0)
 
 
+@pytest.mark.long
 def test_numbers_of_a_flat_block_by_wave_number_are_those_of_a_half_space(rolling):
     """All nine two elements away and more, also what pressures shift along x and across (K)."""
     grid = vc.Grid(nx=8, ny=8, dx=1.0, dy=0.8, x0=-4.0, y0=-3.2)
@@ -109,6 +113,7 @@ def test_numbers_of_a_flat_block_by_wave_number_are_those_of_a_half_space(rollin
     assert off.max() < 0.08
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_half_spaces_at_the_gauge_corner_in_rolling(rolling):
     """Creep forces and pressures of a coarse mesh; half-spaces shift nothing along x."""

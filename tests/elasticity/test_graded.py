@@ -46,12 +46,14 @@ def test_waves_across_an_exponential_change_are_hypergeometric(deep):
     np.testing.assert_allclose(found, k / (k - c * slope), rtol=2e-4)
 
 
+@pytest.mark.long
 def test_an_exponential_change_is_that_of_many_thin_layers():
     body = vc.Graded(G=1.0, nu=0.3, depth=1.0, G_deep=4.0)
     many = body._sliced(3000, 1.0, 1.0).compliance(WAVES)
     np.testing.assert_allclose(body.stack(1.0, 1.0).compliance(WAVES), many, rtol=2e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", [{"exponent": 0.0}, {"G_deep": 2.0}])
 def test_a_constant_modulus_is_a_half_space(change):
     body = vc.Graded(G=2.0, nu=0.3, depth=0.7, **change)
@@ -72,6 +74,7 @@ def test_short_waves_feel_the_surface_and_long_ones_what_is_below():
     np.testing.assert_allclose(found[:, 1], half_space(1.0, 0.3), rtol=1e-6)
 
 
+@pytest.mark.long
 def test_a_contact_is_as_stiff_as_the_surface_then_as_what_is_below():
     """Approach under a force: between those of both moduli, near the first for a small contact."""
     body = vc.Graded(G=1.0, nu=0.3, depth=0.2, G_deep=3.0)
@@ -86,6 +89,7 @@ def test_a_contact_is_as_stiff_as_the_surface_then_as_what_is_below():
         assert own == pytest.approx(near, rel=0.1)
 
 
+@pytest.mark.long
 def test_units_do_not_matter():
     own = vc.solve(scene(vc.Graded(G=1.0, nu=0.3, depth=0.2, exponent=0.5)))
     other = vc.solve(
@@ -98,6 +102,7 @@ def test_units_do_not_matter():
     np.testing.assert_allclose(other.pressure / 82e3, own.pressure, atol=1e-8 * own.pressure.max())
 
 
+@pytest.mark.long
 def test_it_rolls_and_files_keep_it(tmp_path):
     rolling = {"friction": 0.3, "motion": vc.Steady(vx=2e-3)}
     pair = (vc.Graded(G=1.0, nu=0.3, depth=0.2, G_deep=3.0), vc.Bodies(1.0, 0.3))

@@ -164,6 +164,7 @@ def test_across_a_strip_on_a_rigid_base():
     np.testing.assert_allclose(found, -np.log(np.tanh(np.pi * x / 4)) / (np.pi * 0.5), rtol=1e-7)
 
 
+@pytest.mark.long
 def test_numbers_are_sums_of_those_of_parts():
     """An element of 4 x 3 parts, far larger than the thickness and far smaller."""
     for h in (0.02, 1.0, 40.0):
@@ -206,6 +207,7 @@ def matrix(pair, grid, lag=None):
     return np.block([[numbers[row + column] for column in "xyz"] for row in "xyz"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
 @pytest.mark.parametrize("ratio", [0.05, 1.0, 30.0])
 def test_symmetric_and_positive_definite(nu, ratio):
@@ -275,6 +277,7 @@ def test_interfaces_are_bonded(grid):
         np.testing.assert_allclose(above.displacement, below.displacement, atol=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("grid", [RECTANGLES, STRIPS])
 def test_surface_and_bases(grid):
     centre = np.array([[grid.x[1]], [grid.y[0]], [0.0]])
@@ -305,6 +308,7 @@ def test_by_fft(grid):
         )
 
 
+@pytest.mark.long
 def test_below_a_contact():
     """In a coat of the base's own material stresses are those of the half-space; the lower body is
     its mirror image.

@@ -53,6 +53,7 @@ def close(found, expected, tol=1e-6):
     assert found.certificate.normal_relative_gap < 1e-7
 
 
+@pytest.mark.long
 def test_solvers(solved):
     for name in NORMAL:
         close(vc.solve(solved.scene, normal=name), solved)
@@ -60,6 +61,7 @@ def test_solvers(solved):
         close(vc.solve(solved.scene, tangential=name), solved)
 
 
+@pytest.mark.long
 def test_methods_and_coupling_loops(solved):
     for name in METHODS:
         close(vc.solve(solved.scene, method=name), solved, 1e-5)
@@ -91,6 +93,7 @@ def test_certificates_and_files(solved, tmp_path):
     assert "Fx" in solved.report()
 
 
+@pytest.mark.long
 def test_reports_have_pictures(tmp_path):
     found = vc.solve(scene(BODIES["rows"], friction=0.3, motion=vc.Steady(vx=5e-3)))
     found.to_html(tmp_path / "own.html")

@@ -165,6 +165,7 @@ def test_springs_below_a_half_space_have_struve_functions():
 STRIPS = Grid(nx=30, dx=0.05, x0=0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "stacks",
     [
@@ -186,6 +187,7 @@ def test_line_contacts_of_layers_by_their_symbol(stacks):
     assert own.grounded == all(pair.at_rest)
 
 
+@pytest.mark.long
 def test_a_line_contact_of_layers_by_their_symbol():
     layer = vc.Layered([vc.Layer(h=0.3, G=1.0, nu=0.3)], base="rigid")
     stack = Stack(((0.3, 1.0, 0.3),), "rigid")
@@ -270,6 +272,7 @@ def test_indentation_along_the_axis_has_its_closed_form(constants):
     assert own.indentation_modulus == pytest.approx(exact, rel=1e-10)
 
 
+@pytest.mark.long
 def test_indentation_moduli_of_wood_are_the_published_ones():
     """Axis along and across the normal, read from a figure (tests/data/indentation_moduli.csv)."""
     path = Path(__file__).parents[1] / "data" / "indentation_moduli.csv"
@@ -294,6 +297,7 @@ def willis(bodies, a, b, angle):
     return each.sum(), np.einsum("t,it,jt->ij", each / width**2, n, n)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tilt", [90, 35])
 def test_willis_ellipses_on_tilted_zinc(tilt):
     """Axes of the contact oblique to those of the grid: numbers have no mirrors."""
@@ -314,6 +318,7 @@ def test_willis_ellipses_on_tilted_zinc(tilt):
     assert found.certificate.normal_residual < 1e-8
 
 
+@pytest.mark.long
 def test_a_turned_crystal_has_turned_numbers():
     """By 90 degrees about z: offsets, displacements and tractions turn with it."""
     grid = Grid(nx=7, ny=7, dx=0.1, dy=0.1, x0=0.0, y0=0.0)
@@ -327,6 +332,7 @@ def test_a_turned_crystal_has_turned_numbers():
     np.testing.assert_allclose(other, turned, atol=1e-11 * np.abs(one).max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("partner", ["rigid", "same"])
 def test_solvers_agree_on_tilted_crystals(partner):
     crystal = zinc(1.2, 0.3)
@@ -341,6 +347,7 @@ def test_solvers_agree_on_tilted_crystals(partner):
         assert other.certificate.relative_gap < 1e-7
 
 
+@pytest.mark.long
 def test_a_history_of_a_tilted_crystal_ends_in_steady_rolling():
     bodies = vc.Elasticity.of_stiffness(zinc(np.pi / 2, 0.5), zinc(np.pi / 2, 0.5))
     assert not bodies.coupled
@@ -376,6 +383,7 @@ def test_power_graded_half_spaces_have_their_pressure():
 # ----------------------------------------------------------------------------- grids and files
 
 
+@pytest.mark.long
 def test_paraboloids_have_no_pressure_of_hertz():
     """The grid is found from a body as soft, and nothing of the isotropic closed form enters."""
     bodies = vc.Elasticity.of_stiffness(zinc(np.pi / 2), "rigid")
@@ -393,6 +401,7 @@ def test_paraboloids_have_no_pressure_of_hertz():
         vc.solve(held, normal="hertz")
 
 
+@pytest.mark.long
 def test_files_keep_the_numbers(tmp_path):
     bodies = vc.Elasticity.of_stiffness(zinc(0.7, 0.2), isotropic(1.0, 0.3))
     found = vc.solve(scene(bodies, 10, 0.028, friction=0.3, motion=vc.Steady(vx=5e-3)))

@@ -148,6 +148,7 @@ def test_rough_surfaces_are_those_of_tamaas():
     assert np.array_equal(found.pressure > 1e-6 * largest, expected > 1e-6 * largest)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("motion", [vc.Steady(vx=1e-3), vc.Shift(ux=1e-3), vc.Steady(Fx=-1e-3)])
 def test_what_is_moved_along_the_period_moves_the_solution(motion):
     """Rolling over roughness that repeats: nothing begins or ends at the grid's edges."""
@@ -201,6 +202,7 @@ def test_a_wave_of_tractions_has_the_compliance_of_its_wave_number():
     np.testing.assert_allclose(operator.apply(waves), expected / k, atol=1e-13)
 
 
+@pytest.mark.long
 def test_products_are_those_of_the_matrix():
     """Without padding along axes that repeat, also after steps of rolling."""
     for rows_repeat in (True, False):

@@ -126,6 +126,7 @@ def test_far_away_is_a_point_force(load):
 coordinate = st.floats(-3.0, 3.0)
 
 
+@pytest.mark.long
 @hypothesis.given(
     coordinate,
     coordinate,
@@ -207,6 +208,7 @@ def test_surface_has_the_tractions():
     np.testing.assert_allclose(below.gradient, at.gradient, atol=1e-7)
 
 
+@pytest.mark.long
 def test_edges_and_corners_on_the_surface():
     """Finite everywhere; what jumps has its mean, and ln|x| its mean over the element's width."""
     half = np.array([0.3, -0.7, 1.0]) / 2

@@ -34,6 +34,7 @@ def imports(sol, tmp_path_factory):
     vc.load(path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("campaign", "first"), TWENTIES)
 def test_random_cases(campaign, first):
     found = {
@@ -47,6 +48,7 @@ def test_random_cases(campaign, first):
         assert sum(verdict == PASSED for verdict, _, _ in found.values()) >= 10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "extreme", [each for each in extremes() if each.short], ids=lambda each: each.name
 )
@@ -92,6 +94,7 @@ OPTIONS = {kind: {"normal": "norm"} for kind in CHANGES if "parts" in kind} | {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", CHANGES)
 def test_the_judge_notices(kind):
     """Changes of a thousandth, or of the certificate by a half, do not pass; and the solution

@@ -41,6 +41,7 @@ SCENES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", SCENES)
 def test_gradients_are_differences_of_solutions_within_a_pattern(kind):
     """Derivatives with held areas, exact while no element changes its state."""
@@ -96,6 +97,7 @@ LINED_PAIR = vc.BodyPair(LINED, vc.Bodies(G=1.5, nu=0.25))
 FORCED = vc.Steady(Fx=0.003, Fy=-0.002, spin=6e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("bodies", "paths"),
     [
@@ -407,6 +409,7 @@ def test_a_dataset_has_units():
     assert "error=True" in solved(scene).gradient("Fx", "vx").error
 
 
+@pytest.mark.long
 def test_inputs_of_layers_have_units():
     inputs = ("bodies.layers.0.G", "bodies.layers.0.h", "bodies.base.0", "third_body.h")
     scene = contact(LINED, units=vc.MM_N, third_body=vc.ThirdBody(h=0.05, G=0.1), grid=COARSE)

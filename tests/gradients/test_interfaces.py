@@ -42,6 +42,7 @@ def test_parameters_of_a_law(name):
     check_gradients(coarse(friction=law), ("vx", *parameters))
 
 
+@pytest.mark.long
 def test_a_law_beside_a_prescribed_force():
     scene = coarse(friction=FALLING, motion=vc.Steady(Fx=0.003, vy=3e-4, spin=6e-4))
     check_gradients(
@@ -49,10 +50,12 @@ def test_a_law_beside_a_prescribed_force():
     )
 
 
+@pytest.mark.long
 def test_a_law_between_unlike_bodies():
     check_gradients(coarse(UNLIKE, friction=FALLING), ("friction.half_velocity",))
 
 
+@pytest.mark.long
 def test_a_law_of_a_shift():
     law = vc.RationalFalling(0.4, 0.2, half_velocity=2e-3)
     scene = coarse(friction=law, motion=vc.Shift(ux=4e-3, uy=1e-3))
@@ -65,11 +68,13 @@ def test_an_elastic_third_body(bodies):
     check_gradients(scene, ("normal_force", "third_body.h", "third_body.G"))
 
 
+@pytest.mark.long
 def test_a_third_body_under_a_law():
     scene = coarse(friction=FALLING, third_body=LEAVES)
     check_gradients(scene, ("third_body.h", "friction.kinetic"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "bodies",
     [RELAXING, vc.BodyPair(RELAXING, vc.Bodies(G=2.0, nu=0.3))],
@@ -80,6 +85,7 @@ def test_viscoelastic_bodies_in_steady_rolling(bodies):
     check_gradients(scene, ("normal_force", "motion.speed"))
 
 
+@pytest.mark.long
 def test_a_law_on_a_grid_that_follows():
     """By load, against differences of solutions on grids that move with the contact."""
     fine = contact(friction=FALLING, motion=ROLLING.second_order(), grid=vc.Grid(nx=24, ny=24))

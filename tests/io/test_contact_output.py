@@ -140,6 +140,7 @@ def test_broken_files_are_refused_by_line(tmp_path, text, words):
     refused(lambda: read(tmp_path, text), words=words, match=r"a.out, line \d+ ")
 
 
+@pytest.mark.long
 def test_a_run_that_was_cut_short_is_refused_wherever(tmp_path):
     """But for the end of a case whose forces are all there."""
     text = HEAD + WHEEL[: WHEEL.index(" Case     2")]

@@ -282,6 +282,7 @@ def test_a_damaged_file_is_refused_by_line(tmp_path, shifted, layout, old, new, 
     refused(lambda: vc.read_contact_result(path), words=words)
 
 
+@pytest.mark.long
 def test_a_file_that_is_cut_short_is_refused_wherever(tmp_path, shifted):
     """Within a number, too, where it would be another one; but for whole lines of the table at its
     end.

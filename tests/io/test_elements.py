@@ -178,6 +178,7 @@ def test_a_failure_leaves_the_old_file(one, tmp_path, ending, monkeypatch):
     assert path.read_bytes() == before and os.listdir(tmp_path) == [path.name]
 
 
+@pytest.mark.long
 def test_from_the_command_line(tmp_path):
     """A table of elements; of a history netCDF alone, and a moving picture."""
     (tmp_path / "scene.toml").write_text(ROLLING_SPHERES)

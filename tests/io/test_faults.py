@@ -193,6 +193,7 @@ def test_a_file_that_declares_more_than_there_is(tmp_path):
         read_all(path)
 
 
+@pytest.mark.long
 def test_no_traceback_of_another_library(tmp_path):
     """h5netcdf prints one of its own where a file is no HDF5."""
     (tmp_path / "text.nc").write_bytes(b"\x89HDF\r\n\x1a\n" + b"no such thing" * 100)
@@ -311,6 +312,7 @@ def test_cells_that_are_no_numbers(tmp_path):
     assert_bad_input(done, "cells[0] = '6²' is not allowed")
 
 
+@pytest.mark.long
 def test_units_that_a_terminal_or_a_formula_cannot_have(tmp_path, pictures):
     """A dollar sign is one; letters that the terminal lacks are escaped."""
     units = '[units]\nlength = "µm"\nforce = "$\\\\frac{N$"\n'

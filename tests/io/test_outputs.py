@@ -92,6 +92,7 @@ def test_the_scene_is_not_written_over(folder, command, link):
     assert (folder / arguments[1]).read_bytes() == before
 
 
+@pytest.mark.long
 def test_a_link_stays_and_its_file_is_written(folder, command):
     """One to nothing as well: then the file is made."""
     name, arguments = command
@@ -125,6 +126,7 @@ def test_a_file_of_somebody_else_is_left_alone(folder, command):
         assert b"my,own" not in (folder / name).read_bytes()
 
 
+@pytest.mark.long
 def test_what_varcontact_wrote_is_written_again(folder, command):
     """No force is needed for it, nor for an empty file."""
     name, arguments = command
@@ -152,6 +154,7 @@ def test_pictures_are_known_by_what_they_say(tmp_path, ending):
         check_picture(path, [], overwrite=False)
 
 
+@pytest.mark.long
 def test_a_history_is_not_written_over_by_a_solution(folder):
     """Nor the other way round: each may be days of work."""
     run("solve", "history.toml", "--out", "a.nc", folder=folder)
@@ -168,6 +171,7 @@ def test_a_history_is_not_written_over_by_a_solution(folder):
     )
 
 
+@pytest.mark.long
 def test_threads_that_save_in_one_folder_do_not_mix(solution, tmp_path):
     """Each file holds its own solution; one that all write holds the whole of one of them."""
     solutions = [

@@ -129,6 +129,7 @@ def test_altered_files_are_not_believed(sol, changes, tmp_path):
     assert refused_or_certified_anew(altered(sol, tmp_path / "sol.nc", **changes))
 
 
+@pytest.mark.long
 def test_what_can_be_told_without_measuring_is_refused_in_any_case(sol, tmp_path):
     for changes in (
         {"traction": put((0, 5, 5), np.nan)},

@@ -96,6 +96,7 @@ def scales(contact):
     return f * Fz * np.array([1.0, 1.0, np.sqrt(a * b)])
 
 
+@pytest.mark.long
 def test_forces_are_those_of_python(forces):
     special = [
         (*CONTACT[:6], *creepage)
@@ -218,6 +219,7 @@ def test_a_unit_refuses_what_the_function_refuses(folder, version):
     assert told == [b"a, b, G, Fz and f must be positive"]
 
 
+@pytest.mark.long
 def test_units_are_compiled_from_their_sources(folder, tmp_path):
     """The same for both versions, without headers of the standard; with the prefix that a static
     link needs.
@@ -250,6 +252,7 @@ def book():
     return make_table_book(0.4, **SMALL)
 
 
+@pytest.mark.long
 def test_a_book_for_other_bodies(book, tmp_path):
     (tmp_path / "book.nc").write_bytes(book.to_bytes())
     done = run("table", "export", "book.nc", "--c", "code", folder=tmp_path)
@@ -263,6 +266,7 @@ def test_a_book_for_other_bodies(book, tmp_path):
     assert "1270" not in (tmp_path / "code" / "vc_forces.h").read_text()
 
 
+@pytest.mark.long
 def test_files_of_others_stay(book, tmp_path):
     (tmp_path / "vc_forces.h").write_text("mine")
     with pytest.raises(

@@ -135,6 +135,7 @@ def test_constants_of_quadratic_interpolation(share):
     assert 0.9 * bounds.touching < max(largest[1:]) < bounds.touching
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("nu", [0.0, 0.28, 0.5])
 def test_bounds_of_kernels(nu):
     rng = np.random.default_rng(2)
@@ -193,6 +194,7 @@ def test_cells_overlap_where_intervals_differ():
     assert steps[found].tolist() == steps[found + 1].tolist()
 
 
+@pytest.mark.long
 def test_no_stress_is_above_the_proved_radius():
     way = passage(ellipse(f=0.3, n=6), 2, ones).half()
     closed = families(way)

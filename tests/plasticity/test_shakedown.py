@@ -52,6 +52,7 @@ def plain(small):
     return vc.shakedown(small, 1.0, gap=None)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("f", "nu"), LINE)
 def test_line_contacts_ratchet_below_the_surface_at_the_largest_shear_stress(f, nu):
     """Johnson (1962): the limit is 1/max|sxz|, from both sides."""
@@ -69,6 +70,7 @@ def test_line_contacts_flow_at_the_surface_below_one_by_f_unless_incompressible(
     assert limit.depth < 0.02
 
 
+@pytest.mark.long
 def test_line_contact_by_its_own_tractions():
     """First order or better in the strips; the change by half of them is of that size."""
     limit = vc.shakedown(line(0.2), 0.5 / 0.7)
@@ -79,6 +81,7 @@ def test_line_contact_by_its_own_tractions():
     assert np.all(limit.section.stress[2, 0] == 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("f", "nu"), [(0.0, 0.3), (0.2, 0.3), (0.3, 0.5), (0.4, 0.3)])
 def test_lower_bounds_by_an_elastic_plastic_march(f, nu):
     """Thirty passages: plastic strain dies out a little below the limit, and goes on above it."""
@@ -106,6 +109,7 @@ def test_smallest_balls():
     assert axial.least[0] == pytest.approx(6.0, rel=1e-2)
 
 
+@pytest.mark.long
 def test_circle_without_friction():
     """Exact field: 4.6753; bounds of closed form are from above on a grid."""
     limit = vc.shakedown(ellipse(n=40), 1.0, gap=None)
@@ -115,6 +119,7 @@ def test_circle_without_friction():
     assert limit.lower < limit.kinematic[0] <= limit.kinematic[1] == limit.upper
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_programs_close_the_gap():
     sliding = ellipse(f=0.3, n=20)
@@ -150,6 +155,7 @@ def test_programs_dissipate_where_the_body_flows(f, slides):
     assert (bound.at_surface > 0.98, bound.at_surface < 0.2) == (slides, not slides)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_no_bound_crosses_k_by_the_largest_traction():
     """A theorem: a thin layer slides where the traction reaches k."""
@@ -158,6 +164,7 @@ def test_no_bound_crosses_k_by_the_largest_traction():
         assert limit.lower <= limit.upper <= (1 + 1e-9) / limit.local / limit.peak_pressure
 
 
+@pytest.mark.long
 def test_factors_scale_with_the_yield_stress(small, plain):
     twice = vc.shakedown(small, 2.0, gap=None)
     for name in ("lower", "upper", "elastic"):
@@ -166,12 +173,14 @@ def test_factors_scale_with_the_yield_stress(small, plain):
     assert vc.shakedown(small, 0.25, gap=None).outcome == "surface flow"
 
 
+@pytest.mark.long
 def test_both_bodies_alike_without_friction():
     solution = ellipse(n=8)
     limits = [vc.shakedown(solution, 1.0, body, gap=None) for body in ("upper", "lower")]
     assert limits[0].upper == pytest.approx(limits[1].upper, rel=1e-12)
 
 
+@pytest.mark.long
 def test_mirror_images_have_the_same_limits():
     solution = ellipse(f=0.4, spin=1.5, vy=0.1, n=8)
     traction = solution.traction[:, ::-1] * np.array([1.0, -1.0])[:, None, None]
@@ -182,6 +191,7 @@ def test_mirror_images_have_the_same_limits():
     assert limits[0].place == pytest.approx(-limits[1].place, abs=1e-9)
 
 
+@pytest.mark.long
 def test_case_hardening(small, plain):
     """Constant values by depth are a number; a hard layer lets the core decide."""
     same = vc.shakedown(small, ([0.0, 10.0], [1.0, 1.0]), gap=None)
@@ -227,6 +237,7 @@ def test_a_layer_of_the_same_material():
         np.testing.assert_allclose(own, plain, atol=2e-3 * np.abs(plain).max())
 
 
+@pytest.mark.long
 def test_surface_stresses_of_bilinear_tractions():
     """Second order at the middle of a slipping circle: constant tractions err by the first."""
     errors = []
@@ -246,6 +257,7 @@ def test_surface_stresses_of_bilinear_tractions():
     )
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_residual_stress_is_in_equilibrium_and_holds_between_samples():
     solution = ellipse(f=0.2, n=12)
@@ -285,6 +297,7 @@ def test_half_the_elements_carry_the_same_load(sliding):
     assert half.grid.sides[0] == pytest.approx(2 * sliding.grid.sides[0])
 
 
+@pytest.mark.long
 def test_report_and_pictures(sliding):
     limit = vc.shakedown(sliding, 1.0, gap=None, hardening="kinematic")
     assert limit.lower == limit.kinematic[0]
@@ -417,6 +430,7 @@ def test_bounds_between_samples_hold(along_and_across, depth, parts):
         assert (apart <= bound).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("f", "hardening"), [(0.0, "none"), (0.4, "none"), (0.3, "kinematic")])
 def test_lower_bounds_of_lines_are_proved(f, hardening):
     """No stress at random places, beside and between the samples, is above the proved one."""
@@ -443,6 +457,7 @@ def test_lower_bounds_of_lines_are_proved(f, hardening):
     assert largest > 0.97 / limit.upper
 
 
+@pytest.mark.long
 def test_the_branches_of_line_contact_cross_at_johnsons_friction():
     """Below the surface 1/max|sxz|, at the surface 1/f: both at f = 0.3672 (Johnson: 0.367)."""
     below, crossing, above = (

@@ -64,6 +64,7 @@ def test_means_of_quadratic_fields_are_exact(cells, layers):
     assert shares.sum(axis=(2, 3)) == pytest.approx(1.0)
 
 
+@pytest.mark.long
 def test_work_misses_less_than_its_bound(way, mesh):
     """Against the field in closed form at many places of each triangle."""
     means = Means.of(way, mesh, ones)
@@ -93,6 +94,7 @@ def test_work_misses_less_than_its_bound(way, mesh):
                 assert bound < 0.1
 
 
+@pytest.mark.long
 def test_yield_stress_of_a_triangle_is_no_less_than_its_mean(way, mesh):
     def strength(depth):
         return 1 + np.minimum(depth, 1.0)
@@ -116,6 +118,7 @@ def test_velocities_change_no_volume(mesh):
     assert found[0] == pytest.approx(velocity[0], abs=0)
 
 
+@pytest.mark.long
 def test_programs_bound_each_other(way):
     """Finer velocities are better, and no residual stress does more."""
     coarse, fine = (

@@ -129,6 +129,7 @@ def panels(sol):
     return dict(zip(names, figure.axes, strict=False))
 
 
+@pytest.mark.long
 def test_nothing_lies_over_anything(panels):
     check_drawn(panels["pressure"].figure)
 
@@ -171,6 +172,7 @@ def test_slip_is_hatched_and_stick_is_not(sol, panels):
         np.testing.assert_array_equal(inside, state.ravel() == number)
 
 
+@pytest.mark.long
 def test_engineering_units(wheel):
     """Pressures in MPa, lengths in mm and um by their size, slip in thousandths."""
     figure = wheel.plot(["pressure", "distance", "slip"])
@@ -190,6 +192,7 @@ def test_engineering_units(wheel):
     assert vc.solve(SCENES["no units"]).plot("pressure").axes[0].get_ylabel() == "y [$10^{-3}$]"
 
 
+@pytest.mark.long
 def test_the_section_shows_the_size_beside_the_bound(wheel):
     figure = wheel.section()
     ax, row = figure.axes[0], wheel.grid.ny // 2
@@ -228,6 +231,7 @@ def test_what_is_refused(wheel, call, words):
     refused(lambda: call(wheel), match=words)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("plane", ["xz", "yz", "xy"])
 def test_the_largest_stress_is_marked(wheel, plane):
     """Where it is, with its value; it is the stress there, and no other point has more."""
@@ -250,6 +254,7 @@ def test_the_largest_stress_is_marked(wheel, plane):
     )
 
 
+@pytest.mark.long
 def test_curves(wheel):
     slow = vc.scan(rail(motion=vc.Steady()), [(vx, 0.0, 0.0) for vx in (0.0, 1e-3, 6e-3)])
     figure = vc.plot_curve({"f = 0.33": slow, "twice": [*slow, slow[-1]]})
@@ -277,6 +282,7 @@ def history():
     )
 
 
+@pytest.mark.long
 def test_a_history_has_one_abscissa(history):
     figure = history.plot()
     check_readable(figure)
@@ -300,6 +306,7 @@ def test_a_history_has_one_abscissa(history):
     assert still.plot().axes[-1].get_xlabel() == "step"
 
 
+@pytest.mark.long
 def test_a_moving_picture(history, tmp_path):
     path = tmp_path / "history.gif"
     history.animate(path, fps=5)
@@ -330,6 +337,7 @@ def test_films_need_ffmpeg(history, tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.long
 def test_pictures_of_studies(tmp_path):
     scene = rail(grid=vc.Grid(nx=8, ny=8))
     figure = vc.plot_comparison(vc.compare({"wheel": scene}, ["tang", "fastsim"]))
@@ -362,6 +370,7 @@ def test_the_style_is_for_everybody():
         )
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("error")
 def test_many_pictures_leave_none_behind(wheel):
     with mpl.rc_context({"figure.max_open_warning": 2}):
@@ -370,6 +379,7 @@ def test_many_pictures_leave_none_behind(wheel):
     assert not any(each() for each in figures)
 
 
+@pytest.mark.long
 def test_a_notebook_shows_a_picture_by_itself(wheel):
     """As PNG, of the figure's size in pixels, and as nothing else: IPython shows each form that an
     object has.
@@ -414,6 +424,7 @@ def overprinted(figure):
     return pairs
 
 
+@pytest.mark.long
 def test_the_first_plot_of_the_readme():
     """In metres and newtons, where labels are as long as -0.008."""
     block = re.search(
@@ -425,6 +436,7 @@ def test_the_first_plot_of_the_readme():
     assert overprinted(vc.plot_stress(names["sol"])) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("size", "ratio"),
     [(3e-7, 0.21), (0.0061, 4.8), (0.024, 1.0), (1.0, 4.8), (110.0, 0.21), (1.0, 1.0)],
@@ -437,6 +449,7 @@ def test_contacts_of_every_size_and_shape(rolling, size, ratio):
     assert overprinted(vc.solve(dataclasses.replace(scene, normal_force=size**2)).plot()) == []
 
 
+@pytest.mark.long
 def test_sections_elsewhere(wheel):
     """The row next to y; on no row, and in line contact, it is refused."""
     y = float(wheel.grid.y[2])

@@ -72,12 +72,14 @@ PICTURES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PICTURES)
 @pytest.mark.filterwarnings("ignore::varcontact.plotting.style.SmallFigure")
 def test_pictures_are_legible_at_column_width(solution, name):
     assert_legible(PICTURES[name](solution))
 
 
+@pytest.mark.long
 def test_panels_without_room_are_named(solution):
     with pytest.warns(
         SmallFigure, match=r"3.5 x 2.6 inches has no room for traction, section: left"
@@ -97,6 +99,7 @@ def test_figures_too_small_for_any_panel_are_refused(solution):
         refused(lambda size=size: solution.plot(figsize=size), "figsize", "2.3 by 1.9 inches")
 
 
+@pytest.mark.long
 def test_wavelengths_are_plain_numbers(solution):
     figure = vc.plot_growth(vc.corrugation_growth(solution, [20.0, 80.0, 400.0]))
     figure.draw_without_rendering()

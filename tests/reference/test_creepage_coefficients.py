@@ -86,6 +86,7 @@ def test_the_table_is_what_its_command_makes():
         np.testing.assert_allclose(entries, computed(ratio, nu, 128), rtol=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("ratio", "nu"), [(0.1, 0.5), (1.0, 0.28)])
 def test_fine_grids_of_the_package_itself(ratio, nu):
     """No slip on elements, which knows nothing of polynomials, extrapolated: within 0.15 %, C33

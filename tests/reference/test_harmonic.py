@@ -45,6 +45,7 @@ def test_fast_swings_are_those_of_a_spring():
     assert abs(differences[0] / differences[1]) == pytest.approx(2, rel=0.15)
 
 
+@pytest.mark.long
 def test_an_ellipse_on_elements():
     """A - exp(-i Omega) C on 16 and 32 elements across, extrapolated: to what elements taken by
     centres allow.

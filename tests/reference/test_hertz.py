@@ -72,6 +72,7 @@ def test_sphere():
     assert contact.peak_pressure == pytest.approx(1.5 * force / (np.pi * a**2), rel=1e-14)
 
 
+@pytest.mark.long
 @given(
     ratio=st.floats(-4, 4), size=st.floats(-3, 3), load=st.floats(-3, 6), nu=st.floats(-0.9, 0.5)
 )
@@ -134,6 +135,7 @@ test_bad_input = refusals(
 )
 
 
+@pytest.mark.long
 @given(
     ratio=st.floats(0.01, 100.0),
     cells=st.tuples(st.integers(1, 40), st.integers(1, 40)),

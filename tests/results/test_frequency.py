@@ -41,6 +41,7 @@ def test_line_contact_without_slip():
     np.testing.assert_allclose(2 * found[1] - found[0], exact, rtol=3e-5)
 
 
+@pytest.mark.long
 def test_sphere_without_slip():
     """Elements extrapolated: all five coefficients, and C32 = -C23."""
     motion = vc.Steady(vx=1e-4, spin_offset=0.0)
@@ -85,6 +86,7 @@ def test_harmonic_creepages_are_one_dense_complex_solve():
     assert abs(found.traction).sum() == pytest.approx(abs(traction).sum(), rel=1e-9)
 
 
+@pytest.mark.long
 def test_harmonic_creepages_without_a_matrix_tend_to_the_continuum():
     exact = -2e-3 * harmonic_coefficients(1.0, 0.28, 1.5)[0, 0]
     motion = vc.Harmonic(wave_number=1.5, vx=2e-3)
@@ -129,6 +131,7 @@ def test_slow_swings_are_the_sensitivity(bodies, friction):
     assert ("normal_force" in response.inputs) == (friction != np.inf and bodies == LIKE)
 
 
+@pytest.mark.long
 def test_what_a_solution_is_by_default_responds_as_fine_elements_do():
     """Second-order differences and softened edges: at rest the sensitivity, and near the limit of
     fine elements.
@@ -147,6 +150,7 @@ def test_what_a_solution_is_by_default_responds_as_fine_elements_do():
     np.testing.assert_allclose(found.of("Fx", "vx"), fine, atol=0.02 * abs(fine[0]))
 
 
+@pytest.mark.long
 def test_fast_swings_are_mindlin():
     """Where the contact hardly rolls within a swing, the force follows the displacement v/(i k)."""
     motion = vc.Steady(vx=1e-4, dq=1e-4)
@@ -178,6 +182,7 @@ def swinging(sol, name, amplitude):
     return k, 2 * np.mean(change * np.exp(-1j * k * q[last])[:, None], axis=0) / amplitude
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("changes", "name"),
     [
@@ -240,6 +245,7 @@ def test_full_slip_follows_the_load():
     assert np.abs(response.of("Fx", "vx")).max() < 1e-5  # -4 where it sticks
 
 
+@pytest.mark.long
 def test_wave_numbers_share_a_space():
     """Many at once, in any order, as each of them alone."""
     some = np.random.default_rng(3).uniform(0, 9, 30)
@@ -264,6 +270,7 @@ def test_flat_heights_move_the_bodies_apart():
     np.testing.assert_allclose(response.of("Fz", "roughness"), 0.0, atol=1e-12)
 
 
+@pytest.mark.long
 def test_state_space():
     response = ball().frequency_response(np.linspace(0, 6, 40))
     errors = []
@@ -293,6 +300,7 @@ OF_HISTORIES = {2: 0.508 - 0.093j, 4: 0.147 - 0.0085j}
 """Of histories on 240 and 144 elements to the contact, under waves of 0.1/(R k^2)."""
 
 
+@pytest.mark.long
 def test_growth_by_wavelength():
     """Against another program, against histories within 2 %, and at long waves, where only the
     curvature counts.
@@ -318,6 +326,7 @@ LOAD_SWINGS = {0.5: {0.5: 0.123 - 0.304j, 1: -0.214 + 0.530j, 2: -0.577 + 0.104j
 wavelength/2a."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("part", LOAD_SWINGS)
 def test_growth_by_a_load_that_swings(part):
     """On a soft track less that of a constant load; of long waves as Carter's creepage follows the
@@ -348,6 +357,7 @@ def sampled(cells):
     return vc.solve(dataclasses.replace(sol.scene, surface=surface, grid=grid), tol=1e-11)
 
 
+@pytest.mark.long
 def test_growth_of_a_history():
     sol, contacts, cells = sampled(96), 2, 96
     dx, nx = sol.grid.dx, sol.grid.nx
@@ -377,6 +387,7 @@ def test_growth_where_the_edge_hardly_touches_an_element():
     assert found[0] == pytest.approx(found[1], rel=0.1)
 
 
+@pytest.mark.long
 def test_growth_with_receptances():
     """Rigid tracks and soft ones, a table and its function; a swing of the load that crosses over
     to growth.

@@ -131,6 +131,7 @@ def test_a_dataset_stacks_the_steps(history, tmp_path):
         data.close()
 
 
+@pytest.mark.long
 def test_interrupted_and_gone_on_with_is_the_same(history, tmp_path):
     path, whole = tmp_path / "history.nc", history.scene
     with pytest.raises(vc.Interrupted, match="after 3 of 5 steps") as stop:
@@ -158,6 +159,7 @@ def test_a_history_is_netcdf(history, tmp_path, name):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_a_history_begins_with_a_saved_step(history, tmp_path):
     history[1].save(tmp_path / "step.nc")
     names = ("dq", "direction", "vx", "Fx", "normal_force", "approach", "friction", "rotation")
@@ -187,6 +189,7 @@ def test_a_start_on_another_grid_is_interpolated_on_request():
     assert difference < 0.1
 
 
+@pytest.mark.long
 def test_memory_does_not_grow_with_the_steps(tmp_path):
     kept = []
     vc.solve(cylinder(vc.Transient(steps=2, dq=0.5, Fx=-0.2), 200), store=tmp_path / "imports.nc")
@@ -208,6 +211,7 @@ def test_memory_does_not_grow_with_the_steps(tmp_path):
     assert kept[1] < kept[0] + 5 * step
 
 
+@pytest.mark.long
 def test_saving_does_not_take_the_whole_into_memory(tmp_path):
     one = vc.solve(cylinder(vc.Transient(steps=1, dq=0.5, Fx=-0.2), 200))
     whole = cylinder(vc.Transient(steps=150, dq=0.5, Fx=-0.2), 200, grid=one.grid)
@@ -375,6 +379,7 @@ def write(folder, last="0.02", more=""):
     return str(folder / "scene.toml")
 
 
+@pytest.mark.long
 def test_from_the_command_line(tmp_path, pictures):
     """A TOML scene, its file and its JSON; another call has nothing to do; a start from the
     file.

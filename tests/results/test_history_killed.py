@@ -77,6 +77,7 @@ def check_goes_on(history, path):
         np.testing.assert_array_equal(stored, solved, err_msg=name)
 
 
+@pytest.mark.long
 def test_ended_within_a_step(history, tmp_path):
     """The system ends the program in the middle of a write: behind the steps counted lies a part of
     the next.
@@ -90,6 +91,7 @@ def test_ended_within_a_step(history, tmp_path):
     check_goes_on(history, tmp_path / "run.nc")
 
 
+@pytest.mark.long
 def test_a_full_disk(history, tmp_path):
     """An error says which step had no room; those before it are kept."""
     size = stored_size(history, tmp_path)

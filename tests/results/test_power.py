@@ -89,6 +89,7 @@ def test_unlike_spheres(second_order):
     assert apart[2] < 0.25 * apart[0]
 
 
+@pytest.mark.long
 def test_rolling_back_takes_as_much():
     motions = [
         vc.Transient(steps=20, dq=0.01, direction=direction, Fx=0.0) for direction in (1, -1)
@@ -187,6 +188,7 @@ def test_a_history_in_the_steady_state_loses_as_much(bodies, line):
         assert sol.power == pytest.approx(steady.power, rel=1e-6)
 
 
+@pytest.mark.long
 def test_only_second_order_has_negative_densities():
     """Where nothing slips there are none, but for rounding: the first step from rest."""
     history = vc.solve(SCENES["history"](24))

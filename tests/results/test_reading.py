@@ -151,6 +151,7 @@ def test_values_have_the_digits_of_their_bars(value, bar, text):
     assert with_bar(value, bar) == text
 
 
+@pytest.mark.long
 def test_page_stands_alone_and_repeats_the_answer(tmp_path):
     scene = wheel_on_rail(vc.Steady(vx=1e-3, spin=0.2), units=vc.Units(length="m", force="N"))
     sol = vc.solve(scene, accuracy=0.05)

@@ -109,6 +109,7 @@ def test_names_that_no_file_can_have(sol, tmp_path, name):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_foreign_files_are_refused(tmp_path, sol):
     text = tmp_path / "a.nc"
     text.write_text("no netCDF")
@@ -215,6 +216,7 @@ def test_report_says_why_there_is_no_bound(rolling):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "surface", [vc.Ellipse(a=1.2, b=0.9), vc.Ellipse(a=8.0, b=0.4), vc.Ellipse(a=0.4, b=8.0)]
 )

@@ -103,6 +103,7 @@ def test_a_rigid_body_has_stresses_but_no_strains(rolling):
 tensors = st.lists(st.floats(-10, 10), min_size=6, max_size=6)
 
 
+@pytest.mark.long
 @hypothesis.given(tensors, st.floats(-10, 10))
 def test_invariants(components, pressure):
     """Von Mises from principal stresses, Tresca within its bounds; neither feels a hydrostatic
@@ -253,6 +254,7 @@ def test_depths_that_are_refused(unlike, depths, body):
     refused(lambda: vc.stress_below(unlike, depths, body), match=r"depths|body")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("quantity", ["von_mises", "first_invariant", "xz"])
 def test_picture(rolling, tmp_path, quantity):
     sol = vc.solve(rolling(units=vc.Units(length="mm", force="kN")))
@@ -266,6 +268,7 @@ def test_picture(rolling, tmp_path, quantity):
     assert figure.axes[0].get_ylim() == pytest.approx((-1.0, 1.0))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bad", [{"quantity": "mises"}, {"depth": 0.0}, {"y": "middle"}])
 def test_pictures_of_a_line_contact(cylinders, bad):
     assert "y =" not in vc.plot_stress(cylinders, "tresca").axes[0].get_title()

@@ -143,6 +143,7 @@ def test_own_solvers_follow(rolling):
         SOLVERS.update(before)
 
 
+@pytest.mark.long
 def test_pictures(rolling):
     scene = rolling(motion=SHIFT, grid=GRID)
     sol = vc.solve(scene, normal="norm", trace=True)

@@ -62,6 +62,7 @@ def test_solvers_of_programs_are_given_the_time_that_is_left(problems, name):
     assert not ended.solved and "time" in ended.status.lower(), ended.status
 
 
+@pytest.mark.long
 def test_a_time_budget_is_kept_within_a_solver():
     """One element at a time, NORM takes half a minute on the grid that is expected to take a
     second.

@@ -302,6 +302,7 @@ def test_gap_that_is_not_convex_is_refused_unpolished(rolling):
             solved(scene, tangential=name, polish=False)
 
 
+@pytest.mark.long
 def test_marching_where_the_gap_is_not_convex(rolling, check_kkt):
     """The programs of its steps are convex: it does march, polished and not, and ends at one
     solution.

@@ -190,6 +190,7 @@ def test_one_element_in_closed_form(normal_problem, tangential_problem):
         np.testing.assert_allclose(raw.traction[:, 0], [-0.6 * size, 0.8 * size], rtol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seeds", [range(9), range(28, 35), range(54, 63)])
 def test_tractions_of_random_problems(tangential_problem, seeds):
     """Also those that Newton's method leaves unsolved, 34 and 60."""
@@ -198,6 +199,7 @@ def test_tractions_of_random_problems(tangential_problem, seeds):
         check(problem, split(problem))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("line", [False, True])
 def test_pressures_of_random_problems(normal_problem, line):
     """Also of elements so few that a candidate is right to single precision by chance: two that
@@ -247,6 +249,7 @@ def test_memory_is_what_a_plan_says():
     assert 0.5 * BYTES_SPLITTING * unknowns <= taken <= BYTES_SPLITTING * unknowns
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("step", [0.02, 0.01])
 def test_steps_far_shorter_than_an_element(tangential_problem, step):
     """Where Newton's method crawls: the symmetric part is nearly singular, yet definite."""
@@ -303,6 +306,7 @@ def test_the_finest_grid_begins_in_double_precision(monkeypatch):
     np.testing.assert_allclose(start.image, image, rtol=0, atol=1e-14 * np.abs(image).max())
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_fifty_thousand_elements(rolling):
     """Sticking nearly all over, where rounds are most: hundreds, not thousands."""

@@ -43,6 +43,7 @@ def test_pressures_are_perssons(degrees):
     assert sol.normal_force == pytest.approx(FORCE, rel=1e-8)
 
 
+@pytest.mark.long
 def test_the_pin_rolls_and_slips():
     """Forces are in balance with the tractions, friction loses what drives it, and the other way
     round all is mirrored.
@@ -111,6 +112,7 @@ def test_stresses_below_a_pin_are_refused():
         vc.stress_below(sol, depths=[1e-3])
 
 
+@pytest.mark.long
 def test_files_keep_pins_and_inclinations(tmp_path):
     x = np.linspace(-2.0, 2.0, 41)
     turned = vc.SampledDistance(x**2 / 100, x, reference_depth=40.0, inclination_x=x / 8)

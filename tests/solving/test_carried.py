@@ -106,6 +106,7 @@ def test_work_is_conserved_along_the_way(dq, direction):
     )
 
 
+@pytest.mark.long
 def test_crests_of_a_corrugation_wear_most():
     """First harmonic of the work by the mean, a^2/2R and amplitude, as on finer elements, at half
     of f Fz.
@@ -124,6 +125,7 @@ def test_crests_of_a_corrugation_wear_most():
     assert abs(first / amplitude / (2 * R) - known) < 0.025 * abs(known)
 
 
+@pytest.mark.long
 def test_a_flat_passes_once_a_turn():
     """By approach the force falls over the flat, by the depth of its chord, and comes back after a
     turn.
@@ -169,6 +171,7 @@ def test_a_flat_at_rest(turned):
         np.testing.assert_allclose(found.pressure, alone.pressure, atol=2e-3 * alone.max_pressure)
 
 
+@pytest.mark.long
 def test_a_flat_at_rest_and_in_steady_rolling_is_contacts():
     """A rounded flat at seven angles: its height to the printed digits, its force to 1 % of the
     friction limit.
@@ -203,6 +206,7 @@ def test_a_flat_at_rest_and_in_steady_rolling_is_contacts():
         assert vc.solve(rolling).Fx == pytest.approx(row["fx"], abs=30.0)
 
 
+@pytest.mark.long
 def test_grids_make_room_for_heights_and_keep_an_accuracy():
     """A flat that moves the contact by its own half: forces within the stated errors of a finer
     answer.
@@ -286,6 +290,7 @@ def test_bad_heights_are_refused(field, given):
     refused(lambda: vc.Carried.flat(length=1.0, radius=R, at=1.0, worn="no"), match="worn")
 
 
+@pytest.mark.long
 def test_passages_wear_a_corrugation_away_as_linear_theory_says():
     """Each takes work times a factor off the rail; its amplitude then falls by growth times the
     mean depth.
@@ -323,6 +328,7 @@ def test_a_flat_deeper_than_the_approach_is_doubted():
         assert (force == 0.0) == deep
 
 
+@pytest.mark.long
 def test_a_field_of_asperities():
     """Tens of contacts at once, which are there again after each wavelength; under friction they
     bear the force.

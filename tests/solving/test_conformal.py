@@ -100,6 +100,7 @@ def test_active_sets_agree_with_newtons_method(pose, bodies):
     assert newton.power == pytest.approx(newton.friction_work, rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("pose", "layer"),
     [(in_groove, vc.ThirdBody(0.02, 820.0)), (uneven, vc.ThirdBody(0.02, 820.0, tau_c0=80.0))],
@@ -119,6 +120,7 @@ def test_a_third_body_lies_on_the_curved_surface(pose, layer):
     np.testing.assert_allclose(turned.force, plane.force, rtol=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pose", [in_groove, uneven])
 def test_a_prescribed_normal_force_is_along_the_normal_of_the_plane(pose):
     by_approach = vc.solve(pose())
@@ -128,6 +130,7 @@ def test_a_prescribed_normal_force_is_along_the_normal_of_the_plane(pose):
     np.testing.assert_allclose(by_force.force, by_approach.force, rtol=1e-8)
 
 
+@pytest.mark.long
 def test_a_slip_by_element_replaces_the_creepages_that_have_it(tmp_path):
     x, y = np.meshgrid(GRID.x + 0.4 / 6, GRID.y)
     field = np.array([MOTION.vx - MOTION.spin * y, MOTION.vy + MOTION.spin * x])
@@ -147,6 +150,7 @@ def test_a_surface_that_is_not_inclined_is_the_plane():
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("load", "waves"), [({"approach": 0.0}, 0.1), ({"normal_force": 95e3}, 0.0)]
 )

@@ -147,6 +147,7 @@ def test_a_glued_block_is_a_second_contact_that_sticks(bodies):
 # ----------------------------------------------------------------------- loads, fields, energy
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_the_loads_that_hold_it_do_the_same(bodies, motion):
@@ -255,6 +256,7 @@ def test_a_history_goes_on_from_steady_rolling(bodies):
 # ----------------------------------------------------------------------- grids and files
 
 
+@pytest.mark.long
 def test_grids_of_any_choice():
     held = beside(normal=1e-4, tangential=(0.0, 0.0))
     motion = vc.Steady(vx=1e-3)
@@ -269,6 +271,7 @@ def test_grids_of_any_choice():
     assert touched.Fx == pytest.approx(again.Fx, rel=2e-3)
 
 
+@pytest.mark.long
 def test_files(tmp_path):
     held = [
         beside(normal=np.full((3, 2), 1e-4), n=None, body="upper"),

@@ -98,6 +98,7 @@ def test_a_steady_state_stays(rolling):
     )
 
 
+@pytest.mark.long
 def test_converge_keeps_the_edge(rolling, tmp_path):
     """No staircase is fitted; both kinds of elements tend to the same force, within their error
     bars.

@@ -73,6 +73,7 @@ def moved_lattice(cells, moved, edge):
     return vc.Grid(nx=cells + 1, ny=cells + 1, dx=dx, dy=dy, x0=left, y0=bottom, edge=edge)
 
 
+@pytest.mark.long
 def test_errors_are_smaller_than_by_centres():
     """On lattices moved by parts of an element: half the error on one grid, a third of that
     extrapolated from two.
@@ -172,6 +173,7 @@ def test_a_step_in_which_only_parts_touch():
     assert history[1].normal_force == pytest.approx(fine.normal_force, rel=0.25)
 
 
+@pytest.mark.long
 def test_files(tmp_path):
     """The pressure on the parts is kept, and measured again; one with other means than the elements is
     refused.
@@ -199,6 +201,7 @@ def test_files(tmp_path):
     assert "made anew" in vc.load(path).note
 
 
+@pytest.mark.long
 def test_a_history(tmp_path):
     steady = vc.solve(posed("touched"))
     motion = vc.Transient(

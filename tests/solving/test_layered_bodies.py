@@ -219,6 +219,7 @@ def test_scene_file_by_hand(tmp_path):
         refused(lambda: vc.read_scene(path), field)
 
 
+@pytest.mark.long
 def test_what_displacements_count_from():
     line = {
         "surface": vc.Cylinders(1.0),

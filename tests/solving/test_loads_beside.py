@@ -82,6 +82,7 @@ def test_bettis_reciprocity(bodies):
     assert work(load, contact) == pytest.approx(work(contact, load), rel=1e-11)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE, COATED])
 def test_a_load_on_both_is_one_on_each(bodies):
     given = {"pressure": np.full((2, 3), 0.01), "traction": (0.01, 0.005)}
@@ -235,6 +236,7 @@ def test_grids_of_any_choice():
 # ----------------------------------------------------------------------- files and refusals
 
 
+@pytest.mark.long
 def test_files(tmp_path):
     loads = [
         beside(pressure=np.array([[0.01, 0.02]]), body="upper"),

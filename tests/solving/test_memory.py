@@ -34,6 +34,7 @@ print((most - before) / said)
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tangential", "cells"), [("tang-safeguarded", 25), ("clarabel", 20), ("newton", 240)]
 )

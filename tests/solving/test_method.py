@@ -82,6 +82,7 @@ def test_every_kind_by_splitting(kind):
         np.testing.assert_allclose(sol.traction, other.traction, rtol=0, atol=2e-6 * largest)
 
 
+@pytest.mark.long
 def test_conic_march(rolling):
     """Where the gap is not convex, it is refused, with what to ask for instead; and that has the
     solution, which splitting has, too.
@@ -129,6 +130,7 @@ def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     assert f"tangential: tang-safeguarded once ({count.iterations} iterations)" in sol.report()
 
 
+@pytest.mark.long
 def test_files_from_before_calls_were_counted_load(rolling, tmp_path):
     sol = vc.solve(rolling(grid=CELLS))
     data = sol.to_xarray()

@@ -49,6 +49,7 @@ def check_same(one, other):
     assert one.certificate.residual <= 1e-8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("coupling", ["newton", "splitting"])
 def test_both_together_where_passes_converge_slowly(coupling):
     """K = 0.5, f = 2, half of what friction can carry: 40 passes, and those only with

@@ -240,6 +240,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a process itself")
 def test_ctrl_c_does_not_reach_it():
     ended = subprocess.run(

@@ -233,6 +233,7 @@ MOTIONS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("inner", ["tang", "tang-exact", "tang-safeguarded"])
 def test_exact_steps_tend_to_the_gap_solution(rolling, check_kkt, inner, motion):
@@ -252,6 +253,7 @@ def test_exact_steps_tend_to_the_gap_solution(rolling, check_kkt, inner, motion)
         assert sol.creepage == pytest.approx(gap.creepage, rel=100 * tol)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("inner", ["clarabel", "scs"])
 def test_programs_tend_to_the_gap_solution(rolling, inner):
     scene = rolling(motion=MOTIONS[0], grid=vc.Grid(nx=6, ny=6))

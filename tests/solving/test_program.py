@@ -325,6 +325,7 @@ def test_report_says_what_is_held_fixed(small):
     assert "no tractions" in vc.program(placed, "normal").notes[0]
 
 
+@pytest.mark.long
 def test_yielding_and_hardening_layers(small):
     """A fixed yield stress is a bound, hardening in a shift a flow; both are programs."""
     for layer in (
@@ -378,6 +379,7 @@ def test_answers_of_another_shape_are_refused(small):
     assert nothing.certificate.residual > 0.1
 
 
+@pytest.mark.long
 def test_a_solution_of_a_program_is_a_solution(small, tmp_path):
     """It reports, draws, saves and loads like any other."""
     program = vc.program(small())

@@ -84,6 +84,7 @@ def test_softening_is_in_the_matrix(rolling):
     )
 
 
+@pytest.mark.long
 def test_errors_are_below_those_of_centres():
     """Ten scenes with 12 and 24 cells: below stated ones, of an order well above one; centres have
     over three times.

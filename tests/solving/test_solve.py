@@ -201,6 +201,7 @@ def test_hertz_is_refused_where_it_is_wrong(rolling):
             vc.solve(scene, normal="hertz")
 
 
+@pytest.mark.long
 def test_not_converged_keeps_the_best_iterate(rolling):
     with pytest.raises(vc.NotConverged) as failure:
         vc.solve(rolling(), tol=1e-30)
@@ -379,6 +380,7 @@ def test_progress_of_newton_tells_grids_steps_and_residuals(rolling):
     assert sum(line.startswith(fine) for line in lines) <= sol.iterations["tangential"] + 2
 
 
+@pytest.mark.long
 def test_failure_tells_of_a_mesh_that_is_not_monotone_whatever_its_size(rolling, monkeypatch):
     """Beyond the size up to which bounds are computed, too: then the reason is looked for."""
     monkeypatch.setattr("varcontact.discrete.certificate.FULL_LIMIT", 0)

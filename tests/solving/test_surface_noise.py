@@ -71,6 +71,7 @@ def test_where_noise_makes_the_grid_too_coarse_the_message_says_so():
         vc.solve(scene)
 
 
+@pytest.mark.long
 def test_the_advice_of_a_file_is_a_key_of_it(tmp_path):
     """What a grid that is too coarse names is the least that may help; what the solution names then
     helps.

@@ -62,6 +62,7 @@ def test_uniform_heat_is_largest_behind():
     assert T.argmax() == 0 and T[0] == pytest.approx(2 * math.sqrt(2 / math.pi), rel=2e-3)
 
 
+@pytest.mark.long
 def test_full_sliding_of_a_wheel_has_the_closed_form_maximum():
     sol = vc.solve(rolling(), normal="hertz")
     hertz = sol.scene.hertz

@@ -198,6 +198,7 @@ def test_an_accuracy_is_kept_with_layers(layer, motion):
             assert abs(estimate.values[name] - getattr(fine, name)) < bar
 
 
+@pytest.mark.long
 def test_an_accuracy_is_kept_with_hardening():
     layer = vc.ThirdBody(0.0, 82e3, 35.0, 4018e3)
     motion = vc.Steady(vx=-4e-4)
@@ -243,6 +244,7 @@ def test_limits_of_a_layer():
     assert off[0] / off[1] == pytest.approx(2.0, rel=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("motion", [vc.Shift(ux=0.02, uy=0.004), vc.Shift(Fx=-1.5e4, uy=0.003)])
 @pytest.mark.parametrize("k_tau", [1e5, 500.0])
 def test_programs_newton_and_active_sets_agree(motion, k_tau):
@@ -264,6 +266,7 @@ def test_programs_newton_and_active_sets_agree(motion, k_tau):
     assert {2, 3} <= set(found[0].state.ravel())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("dq", [0.7, 1.0, 1.6])
 @pytest.mark.parametrize("motion", [vc.Steady(vx=2e-3, vy=1e-3, spin=1e-4), vc.Steady(Fx=-1.7e4)])
 def test_newton_finds_hardening_in_steady_rolling_at_once(dq, motion):
@@ -298,6 +301,7 @@ def test_gap_bounds_the_distance_of_any_tractions():
         assert 0 < energy <= gap(problem, tried, np.zeros(2))[0]
 
 
+@pytest.mark.long
 def test_history_goes_over_into_steady_rolling():
     grid = vc.Grid(nx=8, ny=8, dx=1.95, dy=1.95, x0=-7.8, y0=-7.8)
     steady = vc.solve(ball(vc.Steady(vx=3e-3, vy=1e-3, dq=1.4), grid=grid))
@@ -312,6 +316,7 @@ def test_history_goes_over_into_steady_rolling():
     assert np.allclose(back[-1].force, -steps[8].force, rtol=1e-9)
 
 
+@pytest.mark.long
 def test_unlike_bodies_by_two_couplings():
     wide = vc.Grid(nx=14, ny=14, dx=1.3, dy=1.3, x0=-9.1, y0=-9.1)
     scene = replace(

@@ -92,6 +92,7 @@ def test_longer_steps_are_warned_of_with_the_dq_to_take():
     assert 0.99 * history.grid.sides[0] <= advised <= history.grid.sides[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
 def test_each_step_meets_its_own_equations(check_kkt, bodies):
     """All that may change does: direction, creepage and force, load and approach, friction, the
@@ -117,6 +118,7 @@ STEADY = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["creepages and spin", "unlike", "line"])
 def test_a_long_history_tends_to_the_steady_state(name):
     """From nothing: after three lengths of the contact a thousandth is left, after ten next to
@@ -137,6 +139,7 @@ def test_a_long_history_tends_to_the_steady_state(name):
     assert distances[33] < 0.02 * distances[0]
 
 
+@pytest.mark.long
 def test_from_cattaneo_to_carter():
     """A cylinder shifted by 0.75 f Fz, then rolled under it (paper, 6.2.1): the two closed forms at
     either end.
@@ -197,6 +200,7 @@ def test_unloading_follows_mindlin():
     assert shifts[1] == pytest.approx(exact(force) - 2 * exact((force - back) / 2), rel=0.05)
 
 
+@pytest.mark.long
 def test_the_order_in_time_is_one():
     """The same way in ever shorter steps, parts of an element, on one grid: what a halving changes
     is about halved.
@@ -216,6 +220,7 @@ def mirrored(sol):
     return np.array([-sol.traction[0, :, ::-1], sol.traction[1, :, ::-1]])
 
 
+@pytest.mark.long
 def test_compression_tends_to_spence_with_order_one():
     """Unlike cylinders pressed together, as many steps as elements: half-widths of stick by those
     of the contact.
@@ -264,6 +269,7 @@ STEPS = st.lists(
 )
 
 
+@pytest.mark.long
 @hypothesis.given(STEPS, st.sampled_from([LIKE, UNLIKE]))
 @hypothesis.settings(max_examples=15)
 def test_friction_never_gives_work(given, bodies):

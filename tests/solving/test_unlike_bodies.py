@@ -65,6 +65,7 @@ def test_joint_passes_have_the_directions_in_which_pressure_alone_moves(kind, mo
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])
 def test_where_the_plain_loop_diverges_the_accelerated_one_does_not(coupling):
     """K = 0.5, f = 2, half of what friction can carry: without acceleration the residual is 0.1

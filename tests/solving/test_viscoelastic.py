@@ -147,6 +147,7 @@ SOFTENS = vc.Scene(
 rolling."""
 
 
+@pytest.mark.long
 def test_a_large_relaxation_on_many_elements():
     """Approach and largest pressure of NORM in dense matrices, vc.solve(SOFTENS, normal="norm"), in
     85 s.
@@ -168,6 +169,7 @@ def test_a_pressure_that_is_not_found_is_no_contact_area():
     del SOLVERS["normal", "lost"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("line", [True, False])
 @pytest.mark.parametrize("other", [None, vc.Bodies(2.0, 0.25)])
 def test_a_body_cut_into_layers(line, other):
@@ -187,6 +189,7 @@ def test_a_body_cut_into_layers(line, other):
     assert sol.rolling_resistance == pytest.approx(expected.rolling_resistance, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("line", [True, False])
 def test_a_viscoelastic_layer_on_a_rigid_base(line):
     """Slow and fast it is the elastic one, relaxed and glassy; between it resists rolling."""
@@ -272,6 +275,7 @@ def test_a_grid_across_samples(line):
     assert sol.rolling_resistance == pytest.approx(paraboloid.rolling_resistance, rel=0.03)
 
 
+@pytest.mark.long
 def test_default_has_error_bars():
     sol = vc.solve(replace(roller(vx=0.02), grid="auto"))
     fine = vc.solve(replace(sol.scene, grid=vc.Grid(nx=600)))

@@ -75,6 +75,7 @@ def test_relaxation_under_a_step_of_approach(surface):
     assert off[1] < 0.3 * off[0] < 0.3 * 0.015
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("surface", "bodies"), [(LINE, (SOLID, OTHER)), (BALL, SOLID)], ids=["line", "ball"]
 )
@@ -115,6 +116,7 @@ def test_steps_that_take_no_time_or_ages_are_elastic(surface):
         assert slow[-1].friction_work == pytest.approx(elastic[-1].friction_work, rel=1e-4)
 
 
+@pytest.mark.long
 def test_rolling_the_other_way_is_the_mirror_image():
     """By steps of any part of an element."""
     grid = vc.Grid(nx=14, ny=10, dx=0.09, dy=0.11, x0=-0.63, y0=-0.55)
@@ -146,6 +148,7 @@ def energy(sol):
     return (work[0] + PART * work[1]) / 2, PART * work[2] / TAU
 
 
+@pytest.mark.long
 def test_what_is_put_in_is_lost_or_stored():
     """From rest to rolling with spin: by friction, by relaxation, which is never negative, and in
     both springs.
@@ -169,6 +172,7 @@ def test_what_is_put_in_is_lost_or_stored():
 COATED = vc.Layered([vc.Layer(0.3, 1.0, 0.4)], "rigid", [(1.0, 0.3)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bodies", [(SOLID, OTHER), ("rigid", COATED)])
 def test_two_solvers_agree_while_loads_change(bodies):
     motion = {"steps": 5, "dt": [0.0, 0.1, 0.3, 0.1, 0.2], "vx": 0.02}
@@ -198,6 +202,7 @@ def test_a_dent_recovers():
     assert history[3].normal_force < fresh[0].normal_force
 
 
+@pytest.mark.long
 def test_files_keep_what_bodies_remember(tmp_path):
     whole = scene((SOLID, OTHER), steps=6, dt=0.1, vx=0.02)
     history = vc.solve(whole)

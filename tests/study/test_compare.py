@@ -23,6 +23,7 @@ def small_bank():
     return vc.compare(vc.standard_bank(cells=6), [*EXACT, "fastsim", "vermeulen-johnson"])
 
 
+@pytest.mark.long
 def test_exact_methods_agree(small_bank):
     """Forces to 1e-6 of the largest friction force, tractions to 1e-5 of the bound, each with its
     gap: 1e-8, but for splitting, which ends at the tolerance that is asked for.
@@ -37,6 +38,7 @@ def test_exact_methods_agree(small_bank):
     assert (solved["residual"] <= 1e-6).all()
 
 
+@pytest.mark.long
 def test_newton_solves_every_scene():
     table = vc.compare(vc.standard_bank(cells=6), ["tang-safeguarded", "newton"], tol=1e-8)
     assert set(table["outcome"]) == {"solved"}, table[["scene", "reason"]].to_string()
@@ -243,6 +245,7 @@ def test_an_interrupted_comparison_goes_on_with_the_next_scene(rolling, tmp_path
     assert [file.name for file in tmp_path.iterdir()] == ["table.csv"]
 
 
+@pytest.mark.long
 def test_without_a_grid_methods_are_compared_on_that_of_the_default_accuracy(rolling):
     scene = rolling(grid="auto")
     best = vc.solve(scene)

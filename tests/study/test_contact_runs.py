@@ -359,6 +359,7 @@ OUTPUT = """ Case     1
 TIMES = "|Total                |        1 |        1.2 | 100.0 |        1.5 | 100.0 |\n"
 
 
+@pytest.mark.long
 def test_the_command_compares_all_cases(tmp_path):
     path = tmp_path / "cattaneo.out"
     path.write_text(OUTPUT.format("-3.218") + TIMES)

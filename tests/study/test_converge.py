@@ -42,6 +42,7 @@ def shift(part, nu=0.0):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["norm", "clarabel"])
 def test_normal_problem(method):
     """Order 3/2 to 2 of the approach, and on 16 elements across an error below 0.1 %."""
@@ -52,6 +53,7 @@ def test_normal_problem(method):
     assert abs(row["finest"] - exact) < 1e-3 * exact
 
 
+@pytest.mark.long
 def test_carter():
     """Order 1 of the force, and on 64 elements across an error below 1 %."""
     exact, scene = carters_cylinders(0.6)
@@ -62,6 +64,7 @@ def test_carter():
     assert abs(row["finest"] - exact.force) < 1e-2 * abs(exact.force)
 
 
+@pytest.mark.long
 def test_closed_forms_are_within_the_error_bars():
     """In 11 of 12 random cases at least: Hertz's approach or force, Cattaneo's shift, Carter's
     force.
@@ -110,6 +113,7 @@ def test_grids_and_offsets(rolling):
     assert plain["Fx"].iloc[-1] == pytest.approx(direct.force[0], rel=1e-12)
 
 
+@pytest.mark.long
 def test_staircase_has_mean_zero(rolling):
     """Over all positions of the lattice the elements whose centres an ellipse holds have its area
     and moments.
@@ -122,6 +126,7 @@ def test_staircase_has_mean_zero(rolling):
     assert (table.mean().abs() < 0.02 * table.std()).all()
 
 
+@pytest.mark.long
 def test_sampled_distance_converges_to_the_paraboloids(rolling):
     x, y = np.linspace(-0.3, 0.3, 201), np.linspace(-0.25, 0.25, 201)
     surface = vc.SampledDistance(x[None, :] ** 2 / 2 + y[:, None] ** 2, x=x, y=y)
@@ -139,6 +144,7 @@ def test_two_grids_have_a_table_and_no_order(rolling):
     refused(lambda: study.limit("Fz"), match="quantity")
 
 
+@pytest.mark.long
 def test_a_method_that_cannot_is_recorded_and_the_rest_go_on(rolling):
     study = vc.converge(rolling(), [4, 5, 6, 7], ["osqp", "tang-safeguarded", "linear"])
     outcomes = study.runs.groupby("method")["outcome"].agg(set)
@@ -152,6 +158,7 @@ def test_a_method_that_cannot_is_recorded_and_the_rest_go_on(rolling):
     assert {row["method"] for row in failed} == {"osqp"} and len(failed) == 16
 
 
+@pytest.mark.long
 def test_one_grid_that_fails_is_left_out(rolling):
     """A given step is too short for the long elements of the coarsest grid: refused there, the
     others count.
@@ -166,6 +173,7 @@ def test_one_grid_that_fails_is_left_out(rolling):
     assert "4 (0 of 2)" in study.report()
 
 
+@pytest.mark.long
 def test_resumed_where_it_was_stopped(rolling, tmp_path):
     store, calls = tmp_path / "study.csv", []
 
@@ -201,6 +209,7 @@ def test_store_of_another_study_is_refused(rolling, tmp_path):
         vc.converge(rolling(), [6, 8], store=tmp_path / "other.csv")
 
 
+@pytest.mark.long
 def test_a_full_disk(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE_FILE)
     code = (
@@ -217,6 +226,7 @@ def test_a_full_disk(tmp_path):
     assert 0 < len(kept) < 12 and kept["approach"].notna().all()
 
 
+@pytest.mark.long
 def test_the_command_is_stopped_and_resumed(tmp_path, pictures):
     """The tables, JSON and picture; an interrupt at a terminal prints what there is, and says where
     it is kept.
@@ -363,6 +373,7 @@ def test_what_cannot_be_said_is_not(cells, values, words):
         assert np.isinf(found.error)
 
 
+@pytest.mark.long
 def test_solver_error_stands_beside(rolling):
     study = vc.converge(rolling(), [6, 8, 10])
     row = study.limit("Fx")

@@ -34,6 +34,7 @@ def test_a_creep_curve_has_the_gradients_of_its_points():
     assert curve["Mz_by_vx"].units == "N mm"
 
 
+@pytest.mark.long
 def test_many_scenes_have_their_gradients():
     """Unlike scenes with inputs in common, one under a prescribed force."""
     scenes = [
@@ -68,6 +69,7 @@ def test_what_has_no_derivatives(call, words):
         call()
 
 
+@pytest.mark.long
 def test_fits_by_gradients_take_one_curve_for_what_differences_take_several(monkeypatch):
     data = vc.creep_curve(LAYERED, ["auto"], vx=VX).Fx[0].to_numpy()
     start = replace(LAYERED, third_body=vc.ThirdBody(h=0.03, G=1e3))

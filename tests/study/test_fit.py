@@ -27,6 +27,7 @@ def wheel(length=1.0, force=1.0, **entries):
     return make_scene(**given | entries)
 
 
+@pytest.mark.long
 def test_layer_and_friction_are_recovered_from_the_exact_theory():
     layered = wheel(third_body=vc.ThirdBody(h=8e-5, G=1e9), friction=0.26)
     data = vc.creep_curve(layered, ["auto"], vx=VX).Fx[0].to_numpy()
@@ -39,6 +40,7 @@ def test_layer_and_friction_are_recovered_from_the_exact_theory():
     assert fit.rms < 1e-5 * 80e3
 
 
+@pytest.mark.long
 def test_measured_curve_of_a_roller_rig():
     """Dry steel with debris: an elastic layer explains it within its scatter, bodies without one do
     not.
@@ -66,6 +68,7 @@ def test_measured_curve_of_a_roller_rig():
     assert polach.rms < 0.7 * scatter and polach.values["k_S"] < polach.values["k_A"] < 1
 
 
+@pytest.mark.long
 def test_errors_hold_for_noise():
     """Of twenty curves with noise the parameter is within two standard errors nearly always; NaN is
     left out.
@@ -113,6 +116,7 @@ def test_what_forces_do_not_determine_is_said():
     assert fit.values["friction"] == pytest.approx(0.3, abs=3 * fit.errors["friction"])
 
 
+@pytest.mark.long
 def test_a_parameter_on_a_bound_is_said_and_the_others_have_errors_with_it_fixed():
     """Polach's k_A, 0.5, in a range that ends below: friction has the error of a fit without k_A,
     given the bound.

@@ -108,6 +108,7 @@ def test_scenes_to_an_accuracy_have_the_values_and_bars_of_solve(kind):
             assert float(found[f"{name}_error"][i]) == pytest.approx(bar, rel=3e-3)
 
 
+@pytest.mark.long
 def test_neighbours_order_and_units_change_nothing():
     """Nor do those on larger lattices, with which a batch shares its arrays."""
     rng, grid = np.random.default_rng(1), vc.Grid(nx=9, ny=12)
@@ -251,6 +252,7 @@ def history(rng, grid, **motion):
     return make_scene(vc.Paraboloids(ratio, 1 / ratio), None, motion, grid, bodies=bodies)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("motion", [{}, {"direction": [1, -1, -1, 1]}, {"dq": 0.0}, {"dq": 0.01}])
 def test_histories_side_by_side(motion):
     rng = np.random.default_rng(6)
@@ -270,6 +272,7 @@ def test_histories_side_by_side(motion):
         assert [int(n) for n in found.slip[i]] == [step.elements["slip"] for step in steps]
 
 
+@pytest.mark.long
 def test_histories_of_other_lengths_and_other_motions_are_refused_by_name():
     rng, grid = np.random.default_rng(6), vc.Grid(nx=8, ny=8)
     rolling = scene("steady", rng, grid)
@@ -350,6 +353,7 @@ def test_spin_on_a_slender_ellipse_converges(tol):
     assert abs(float(found.Mz[0]) - sol.Mz) + abs(float(found.Fy[0]) - sol.Fy) < tol * 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("difference", ["first-order", "second-order", None])
 def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
     rng = np.random.default_rng(9)

@@ -107,6 +107,7 @@ def test_the_error_of_an_answer():
     assert math.isnan(reference.error({"Fx": 0.0}))
 
 
+@pytest.mark.long
 def test_fresh_solves_agree_with_the_file():
     name = "circle, across and spin"
     coarse = list(islice(solves(BANK[name].scene), 6))
@@ -118,6 +119,7 @@ def test_fresh_solves_agree_with_the_file():
         assert abs(fresh - BANK[name].values[value]) < bar + BANK[name].bars[value] + 1e-9
 
 
+@pytest.mark.long
 def test_the_command_goes_on_from_its_runs(tmp_path, capsys):
     name, runs = "line, creepage 0.3", tmp_path / "runs.csv"
     one = {name: BANK[name].scene}
@@ -182,6 +184,7 @@ def test_long_series_are_extrapolated_within_their_bars():
     assert inside >= 36
 
 
+@pytest.mark.long
 def test_a_scene_of_ones_own_has_values_with_bars():
     """Against the values of the package's own file; a trade-off takes the scene itself."""
     known = vc.continuum_values()["line, creepage 0.3"]

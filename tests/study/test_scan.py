@@ -54,6 +54,7 @@ def test_a_scan_is_its_single_solves(rolling, kind, arguments, tol):
         np.testing.assert_array_equal(sol.pressure, single.pressure)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tangential", ["clarabel", "tang-safeguarded", "newton"])
 def test_unlike_bodies(rolling, tangential, check_kkt):
     scene = rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3)), grid=GRID)
@@ -114,6 +115,7 @@ def test_a_failure_elsewhere_is_that_failure(rolling):
         )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("options", [{}, {"accuracy": 0.03}])
 def test_without_a_grid_each_has_an_error_bar_here_and_in_processes(rolling, options):
     scene = rolling(grid="auto")
@@ -186,6 +188,7 @@ def test_tang_as_printed_where_the_creepage_before_leads_nowhere(rolling, motion
         np.testing.assert_allclose(sol.force, other.force, atol=1e-8)
 
 
+@pytest.mark.long
 def test_a_long_scan_takes_no_more_memory_than_a_short_one(rolling):
     creepages = np.random.default_rng(0).normal(size=(130, 3)) * 0.1
 
@@ -237,6 +240,7 @@ def test_unlike_bodies_by_exact_methods_only(rolling):
         vc.creep_curve(scene, ["active-set", "fastrip"], vx=[0.0, 0.05])
 
 
+@pytest.mark.long
 def test_picture(rolling):
     curve = vc.creep_curve(rolling(motion=vc.Steady()), ["fastsim", "fastrip"], vx=VX)
     (axes,) = vc.plot_curve(curve).axes
@@ -251,6 +255,7 @@ def test_picture(rolling):
         vc.plot_curve(xr.Dataset({"Fx": ("x", [1.0])}))
 
 
+@pytest.mark.long
 def test_the_command(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(scene_file("", axes=(1.2, 0.9), cells=10))

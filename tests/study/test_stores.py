@@ -106,6 +106,7 @@ def first(study, tmp_path):
     process.communicate()
 
 
+@pytest.mark.long
 @TABLE_AND_HISTORY
 def test_the_second_is_refused_and_the_first_goes_on(study, first, alone, tmp_path):
     store, before = tmp_path / name_of(study), (tmp_path / name_of(study)).read_bytes()
@@ -122,6 +123,7 @@ def test_the_second_is_refused_and_the_first_goes_on(study, first, alone, tmp_pa
     assert contents(store) == alone
 
 
+@pytest.mark.long
 @TABLE_AND_HISTORY
 def test_when_the_first_is_killed_the_second_goes_on(study, first, alone, tmp_path):
     store, told = tmp_path / name_of(study), []
@@ -201,6 +203,7 @@ def killed(study, folder):
     assert set(os.listdir(folder)) == {store.name, log.name, store.with_stem("alone").name}
 
 
+@pytest.mark.long
 def test_killed_at_random_nothing_finished_is_lost(study, tmp_path):
     command = [sys.executable, "-c", KILLED, study, str(tmp_path)]
     done = subprocess.run(

@@ -39,6 +39,7 @@ def alone(scene, tmp_path_factory):
     return store, vc.sweep(scene, OVER, chunk=4, store=store)
 
 
+@pytest.mark.long
 def test_a_sweep_is_its_single_solves(scene, alone):
     _, swept = alone
     assert dict(swept.sizes) == {"friction": 2, "motion.vx": 5}
@@ -164,6 +165,7 @@ def test_a_single_scene_of_normal_contact_and_theories(scene):
     assert (vc.sweep(scene, OVER, tangential="fastsim")["outcome"] == "approximate").all()
 
 
+@pytest.mark.long
 def test_threads_and_processes_give_the_same_bytes(scene, alone, tmp_path):
     expected, swept = alone[0].read_bytes(), alone[1]
     assert vc.sweep(scene, OVER, chunk=4, workers=2, store=tmp_path / "processes.nc").identical(
@@ -176,6 +178,7 @@ def test_threads_and_processes_give_the_same_bytes(scene, alone, tmp_path):
     assert same == {"processes": True, "threads": True}
 
 
+@pytest.mark.long
 def test_what_ran_before_changes_no_digit(scene, alone, tmp_path):
     vc.sweep(dataclasses.replace(scene, friction=0.7), {"motion.vx": [0.01, 0.2]})
     vc.sweep(scene, OVER, chunk=4, store=tmp_path / "again.nc")
@@ -197,6 +200,7 @@ def test_neighbours_begin_from_each_other(rolling):
     assert int(near[1:].sum()) < 0.7 * int(alone[1:].sum())
 
 
+@pytest.mark.long
 def test_failures_are_recorded_and_the_rest_goes_on(scene, rolling):
     scenes = {
         "good": scene,
@@ -227,6 +231,7 @@ def test_what_does_not_converge_is_no_figure(scene):
     assert np.isnan(swept["Fx"]).all()
 
 
+@pytest.mark.long
 def test_ctrl_c_keeps_what_is_finished_and_the_sweep_goes_on(scene, alone, tmp_path):
     store, told = tmp_path / "sweep.nc", []
 
@@ -275,6 +280,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.long
 def test_killed_it_goes_on_and_leaves_no_process(scene, alone, tmp_path):
     (tmp_path / "program.py").write_text(PROGRAM)
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
@@ -296,6 +302,7 @@ def test_killed_it_goes_on_and_leaves_no_process(scene, alone, tmp_path):
     assert not any(psutil.pid_exists(child) for child in children)
 
 
+@pytest.mark.long
 def test_an_executor_that_dies(scene, alone, tmp_path):
     store = tmp_path / "sweep.nc"
     with ProcessPoolExecutor(1) as pool:
@@ -389,6 +396,7 @@ def test_a_damaged_record_is_solved_again(scene, alone, name, tmp_path):
     assert store.read_bytes() == alone[0].read_bytes()
 
 
+@pytest.mark.long
 def test_a_store_that_is_replaced_meanwhile_is_not_written_over(scene, alone, tmp_path):
     store, other = tmp_path / "sweep.nc", tmp_path / "other.nc"
     other.write_bytes(b"somebody else's")
@@ -402,6 +410,7 @@ def test_a_store_that_is_replaced_meanwhile_is_not_written_over(scene, alone, tm
     assert store.read_bytes() == b"somebody else's"
 
 
+@pytest.mark.long
 def test_a_full_disk_is_found_before_any_work(tmp_path):
     code = (
         "import resource, signal, sys; import varcontact as vc; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
@@ -428,6 +437,7 @@ def test_plain_xarray_opens_the_store(alone):
         assert {name: found.attrs[name] for name in swept.attrs} == swept.attrs
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "over", [{}, {"grid.edge": ["centres", "touched"]}, {"normal_force": [1.0, 2.0]}]
 )
@@ -550,6 +560,7 @@ def test_a_store_has_to_be_netcdf(scene, tmp_path):
         vc.read_sweep(tmp_path / "sweep.nc")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("options", [{}, {"accuracy": 0.03}])
 def test_without_a_grid_each_has_error_bars(rolling, options, tmp_path):
     over, store = {"motion.vx": [0.05, 0.2]}, tmp_path / "sweep.nc"

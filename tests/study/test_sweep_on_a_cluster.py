@@ -43,6 +43,7 @@ def client():
         yield client
 
 
+@pytest.mark.long
 def test_the_same_bytes(scene, alone, client, tmp_path):
     store = tmp_path / "cluster.nc"
     vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=store)
@@ -55,6 +56,7 @@ def test_a_cluster_carries_own_bodies(client):
     assert found.identical(vc.sweep(own, own_bodies.OVER))
 
 
+@pytest.mark.long
 def test_a_worker_of_the_cluster_dies(scene, alone, client, tmp_path):
     """Dask gives its chunk to another one, and the store is the same."""
     pids = list(client.run(os.getpid).values())
@@ -74,6 +76,7 @@ def test_a_worker_of_the_cluster_dies(scene, alone, client, tmp_path):
     assert (tmp_path / "sweep.nc").read_bytes() == alone.read_bytes()
 
 
+@pytest.mark.long
 def test_files_are_written_beside_a_client_of_dask(scene, client, tmp_path):
     """Xarray would ask the cluster for a lock of each file, also of one in memory."""
     sol, rolling = vc.solve(scene), vc.Transient(steps=2, dq=0.2, vx=0.01)

@@ -67,6 +67,7 @@ def test_the_front_is_what_nothing_else_beats():
             found.advice(targets)
 
 
+@pytest.mark.long
 def test_labels_of_the_picture_do_not_lie_over_each_other():
     check_readable(Tradeoff(pd.DataFrame(), pd.read_csv(MEASURED)).plot())
 
@@ -136,6 +137,7 @@ def test_the_default_ways_have_names_of_their_own():
     assert families <= {way.family for way in ways}
 
 
+@pytest.mark.long
 def test_accuracies_stand_beside_grids():
     found = vc.tradeoff(CARTER, ["auto", "accuracy"], cells=[4])
     assert found.runs["way"].tolist() == [
@@ -146,6 +148,7 @@ def test_accuracies_stand_beside_grids():
     assert (on_demand["error"].to_numpy() < TARGETS).all() and (on_demand["memory"] > 1000).all()
 
 
+@pytest.mark.long
 def test_the_command(tmp_path):
     arguments = (
         "tradeoff",

@@ -109,6 +109,7 @@ except KeyboardInterrupt:
     assert run(code) == "interrupted True\n"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("back", [True, False])
 @pytest.mark.parametrize("method", ["scs", "osqp|clarabel"])
 def test_solvers_that_take_ctrl_c_for_themselves(method, back):
@@ -163,6 +164,7 @@ with mock.patch.object({package}.{solver}, "solve", pressed):
     assert last == "interrupted after 0 of 1 scenes []"
 
 
+@pytest.mark.long
 def test_clarabel_is_not_waited_for():
     """When Ctrl-C has come through, it still computes, or whatever is called in its place."""
     code = """

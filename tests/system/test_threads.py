@@ -219,6 +219,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.long
 def test_the_same_digits_wherever_a_scene_is_solved(tmp_path):
     """After solves in the parent, whose solvers may have left threads and locks that a fork does
     not take along.
@@ -232,6 +233,7 @@ def test_the_same_digits_wherever_a_scene_is_solved(tmp_path):
     ]
 
 
+@pytest.mark.long
 def test_no_thread_is_left_behind(tmp_path):
     """A fork takes along the thread that calls it, and no other: Clarabel's would be missed."""
     code = (
@@ -288,6 +290,7 @@ os._exit(0)
 """
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
 def test_processes_forked_while_threads_solve_end():
     """Threads solve, processes are forked from between, and solve in threads of their own."""

@@ -278,6 +278,7 @@ def test_on_a_grid(kind, creepage):
     assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] > 0.85
 
 
+@pytest.mark.long
 @kinds
 @given(part, part, st.floats(-1, 1), st.sampled_from(["Fx", "Fy", "both"]))
 @settings(max_examples=25)

@@ -46,6 +46,7 @@ def distance_behind_the_edge():
     return np.where(np.abs(x) < edge, edge - x, -1.0)
 
 
+@pytest.mark.long
 @names
 @pytest.mark.parametrize("part", [1.0, 0.4])
 def test_the_end_of_a_history_is_steady_fastsim(name, part):
@@ -129,6 +130,7 @@ def wide_grid():
     return replace(GRID, nx=CELLS + 6, ny=CELLS + 4, x0=GRID.x0 - 2 * DX, y0=GRID.y0 - 2 * GRID.dy)
 
 
+@pytest.mark.long
 def test_how_far_it_is_from_the_exact_histories():
     """docs/fast_theories.md: near the steady state few per cent of f Fz, on the way there much more,
     and in a shift springs fitted to rolling are twice too stiff.

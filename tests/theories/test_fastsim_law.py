@@ -35,6 +35,7 @@ def closed_form(v, static, kinetic):
     return quad(strip, -B, B, limit=200)[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("v", [0.3, 0.8, 2.0])
 def test_closed_form(v):
     """The error goes down with the number of points, to the first order or better."""

@@ -1,6 +1,7 @@
 """Kalker's linear law: the paper's formulas, their inverse, bad input."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -25,6 +26,7 @@ def test_the_papers_formulas():
     )
 
 
+@pytest.mark.long
 @given(small, small, small)
 def test_inverse(vx, vy, spin):
     """Every mixture of creepages and forces leads back to the same creepages."""

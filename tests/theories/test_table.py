@@ -69,6 +69,7 @@ def test_the_book_of_the_package():
     assert float(BOOK.accuracy.max()) < 0.01
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_error_at_random_points_is_below_the_stated_one(seed):
     """Between the nodes in every variable, against answers of an accuracy on demand."""
@@ -82,6 +83,7 @@ def test_error_at_random_points_is_below_the_stated_one(seed):
         )
 
 
+@pytest.mark.long
 def test_entries_are_as_accurate_as_they_say():
     generator = np.random.default_rng(5)
     for _ in range(8):
@@ -243,6 +245,7 @@ def small():
     return make_table_book(0.28, **SMALL)
 
 
+@pytest.mark.long
 def test_making_a_book_goes_on_where_it_stopped(small, tmp_path):
     out, told = tmp_path / "book.nc", []
 

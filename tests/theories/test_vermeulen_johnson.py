@@ -97,6 +97,7 @@ def test_total_of_the_tractions(creepage):
     )
 
 
+@pytest.mark.long
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
 def test_inverse(xi, eta):
     """Every mixture: the creepages found give the prescribed forces, and the given creepage

@@ -90,6 +90,7 @@ def test_what_bears_no_load():
         search.propose()
 
 
+@pytest.mark.long
 def test_wheels_in_one_loop_have_the_solutions_of_each_alone():
     cases = [wheel(y) for y in (0.0, 3.0)]
     wheels = [WheelOnElements(each, 1e-6, {}) for each in cases]

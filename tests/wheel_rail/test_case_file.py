@@ -121,6 +121,7 @@ def test_what_a_case_cannot_be(tmp_path, old, new, said):
         read(tmp_path, CASE.replace(old, new))
 
 
+@pytest.mark.long
 def test_many_wheels_side_by_side_have_the_rows_of_each_alone(tmp_path):
     """Both sides, and one beside the rail among them."""
     text = CASE.replace("[1.0, 2.0, 9e2]", f"[{', '.join(f'{0.3 * k}' for k in range(20))}, 9e2]")
@@ -142,6 +143,7 @@ def test_many_wheels_side_by_side_have_the_rows_of_each_alone(tmp_path):
         assert row["Mz"] == pytest.approx(each.moment, rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_table_has_the_numbers_of_the_solution_and_goes_on(tmp_path):
     """A wheel that cannot be solved has a row with the reason; Ctrl-C keeps the finished ones; none
     is solved twice.
@@ -184,6 +186,7 @@ def test_the_table_has_the_numbers_of_the_solution_and_goes_on(tmp_path):
     assert row["T_gamma"] == each.solution.power
 
 
+@pytest.mark.long
 def test_a_table_goes_on_where_positions_come_again(tmp_path):
     """There and back: each position has its rows once, and the numbers of the case file as it is
     now.
@@ -223,6 +226,7 @@ def many_wheels(folder):
     return read(folder, CASE.replace("[1.0, 2.0, 9e2]", str(positions)))
 
 
+@pytest.mark.long
 def test_a_resumed_table_of_many_wheels_has_the_same_bytes(tmp_path, monkeypatch):
     """Interrupted twice, in either group."""
     monkeypatch.setattr(case_file, "GROUP", 6)
@@ -236,6 +240,7 @@ def test_a_resumed_table_of_many_wheels_has_the_same_bytes(tmp_path, monkeypatch
     assert store.read_bytes() == whole.read_bytes()
 
 
+@pytest.mark.long
 def test_a_resumed_table_of_refused_and_solved_wheels_has_the_same_bytes(tmp_path):
     """Columns that have no figures yet, or whole numbers only, when the table is interrupted."""
     text = CASE.replace("[1.0, 2.0, 9e2]", "[9e2, 0, 2, 8e2]").replace("yaw = 1e-3", "yaw = 0")
@@ -278,6 +283,7 @@ def test_solutions_are_handed_on_and_their_warnings_are_in_the_table(tmp_path):
     assert len(seen) == 1  # the table had it
 
 
+@pytest.mark.long
 def test_the_picture_over_the_positions(tmp_path):
     table = solve_cases(read(tmp_path, CASE))
     figure = plot_positions(table)

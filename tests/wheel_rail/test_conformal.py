@@ -77,6 +77,7 @@ def groove(dx=0.2):
     return place, scene
 
 
+@pytest.mark.long
 def test_reference_surface_and_distance_in_a_groove_are_those_of_contact():
     place, scene = groove()
     known, grid = CONTACT["groove"], place.grid
@@ -107,6 +108,7 @@ def test_a_wheel_in_a_groove_is_its_own_mirror_image():
     assert solution.scene.motion.rigid_slip[0].std() > 1e-4
 
 
+@pytest.mark.long
 def test_forces_on_the_flange_root_are_those_of_contact():
     found, known = on_flange_root(dx=0.2, dy=0.2, conformal=True).solve(), CONTACT["wheel_on_rail"]
     assert len(found.patches) == 1
@@ -116,6 +118,7 @@ def test_forces_on_the_flange_root_are_those_of_contact():
     assert found.patches[0].patch.angle == pytest.approx(known["angle"], abs=2e-4)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_curved_surface_has_the_error_bars_of_a_plane():
     """By default: they hold against elements of two sizes, of which the errors are of the first
@@ -129,6 +132,7 @@ def test_a_curved_surface_has_the_error_bars_of_a_plane():
     assert np.all(np.abs(found.force - (2 * fine - coarse)) <= found.error + 2e-3 * 0.3 * 130e3)
 
 
+@pytest.mark.long
 def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
     case = hollow_wheel(20.5, yaw=0.0, vertical_force=100e3, dx=1.0, dy=1.0)
     with pytest.warns(ConformalContact) as caught:
@@ -158,6 +162,7 @@ def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
     )
 
 
+@pytest.mark.long
 def test_other_loads_begin_from_the_contact_on_the_same_grids(monkeypatch):
     """With an accuracy: influence numbers are made for the first load, and the answer is that of
     the same wheel from the beginning.
@@ -189,6 +194,7 @@ def test_other_loads_begin_from_the_contact_on_the_same_grids(monkeypatch):
     assert found.force[2] == pytest.approx(130e3, rel=2e-6)
 
 
+@pytest.mark.long
 def test_a_start_on_the_same_grid_has_the_approach_of_its_own_scene():
     """Pressure and tractions of another approach are a start, and no more."""
     _, scene = groove(0.4)

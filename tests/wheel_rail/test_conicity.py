@@ -126,6 +126,7 @@ def test_rolling_radius_differences_of_the_standard(track, name):
     assert rolling_radius_difference(track, WHEELS[name], -y) == pytest.approx(-found, abs=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", WHEELS)
 def test_equivalent_conicities_of_the_standard(track, name):
     """The standard allows 0.05, or half of the conicity. Those of B, H and I depend on where
@@ -136,6 +137,7 @@ def test_equivalent_conicities_of_the_standard(track, name):
     assert found == pytest.approx(wanted, abs=0.001 if name == "A" else 0.017)
 
 
+@pytest.mark.long
 def test_cones_have_their_slope():
     track, wheelset = flat_track(round_rail()), WheelSet(wheel=cone(0.05))
     y = np.array([[-3.0, -0.2], [0.0, 2.5]])
@@ -187,6 +189,7 @@ def test_what_turns_away_from_the_middle_has_a_negative_conicity():
     )
 
 
+@pytest.mark.long
 def test_hollow_wheels_have_conicities_at_all_amplitudes():
     """Radii differ by about -2 c y + 2 k y^3, which turns away below 3 mm: the wave is that of the
     integrated motion.

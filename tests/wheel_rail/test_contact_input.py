@@ -389,6 +389,7 @@ def test_slices_are_read_with_the_scale_of_their_profiles(folder):
         ProfileSlices.read(folder / "rail.slcs", "rail", scale=0.0)
 
 
+@pytest.mark.long
 def test_parts_that_slices_lack_are_rails_of_their_own(folder):
     (folder / "rail.slcs").write_text(SLICES.format(features="4 0 0") + FEATURES)
     (found,) = read(folder, ("'rail.csv' ", "'rail.slcs' "))
@@ -500,6 +501,7 @@ def test_a_height_does_not_become_a_force(folder):
         read(folder, ("\n  0 MODULE", "\n" + more + "  0 MODULE"))
 
 
+@pytest.mark.long
 def test_the_command_solves_all_wheels_of_a_file(folder):
     """And writes nothing where the file is cut short; the command of scenes names the other."""
     path, table = folder / "case.inp", folder / "table.csv"

@@ -31,6 +31,7 @@ def cases(folder, *changes):
     return read_contact_input(folder / "case.inp", strict=False).cases
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_a_wheel_on_a_roller_has_hertz_pressure(profiles):
     """CONFIG = 5: the radii of wheel and roller along x; a roller that turns as fast does not
@@ -59,6 +60,7 @@ def test_a_wheel_on_a_roller_has_hertz_pressure(profiles):
         Track(rail=case.wheel.track.rail, gauge_height=0.0, roller_radius=20.0)
 
 
+@pytest.mark.long
 def test_a_longitudinal_force_is_met(profiles):
     """F = 1: FX in place of the pitch rate."""
     changes = [COARSE, (" 1203100 ", " 1203110 "), (RATES, "         0.0    0.0  1500. ")]
@@ -71,6 +73,7 @@ def test_a_longitudinal_force_is_met(profiles):
     assert "at most what friction can carry" in run.reason
 
 
+@pytest.mark.long
 def test_a_moment_about_the_axle_is_met(profiles):
     """F = 2: MY in place of the pitch rate, about the force times the rolling radius."""
     changes = [COARSEST, (" 1203100 ", " 1203120 "), (RATES, "         0.0    0.0  6.9e5 ")]
@@ -91,6 +94,7 @@ def sprung(sideways, down):
     return line, f"{line} 4000. {sideways} 9000. {down}  KYRAIL, FYRAIL, KZRAIL, FZRAIL\n"
 
 
+@pytest.mark.long
 def test_a_rail_on_springs_is_deflected(profiles):
     """F = 3: the forces on the rail, those of contact and of the springs, are in balance; the
     height that carries a force is given back by that force.
@@ -129,6 +133,7 @@ def test_stresses_below_a_wheel(profiles):
     assert extremes["SIGZZ"] == pytest.approx(below.stress[2, 2].min())
 
 
+@pytest.mark.long
 def test_steps_in_time_go_on_from_each_other(profiles):
     """T = 1, then T = 2: a shift in a second, steps of DQREL elements, and one anew (P = 2)."""
     head = "  1 MODULE\n 1{}0100  C-P-B-T-N-F-S\n 0100002  V-L-D-C-M-Z-E\n 0101331  H-G-I-A-O-W-R\n"
@@ -207,6 +212,7 @@ def test_rigid_slip_by_element_is_near_that_of_creepages(profiles):
     assert forces[1] == pytest.approx(forces[0], abs=20.0)
 
 
+@pytest.mark.long
 def test_an_angle_that_would_part_a_patch_is_said(profiles):
     """Of one overlap A_SEP does not count; of two that are one patch here it does."""
     fine = ("1.000   90d   8.0   4.0 ", "1.000   {}   {} {} ")
@@ -221,6 +227,7 @@ def test_an_angle_that_would_part_a_patch_is_said(profiles):
         assert bool(run.patches) == (reason == "")
 
 
+@pytest.mark.long
 def test_a_near_miss_that_would_move_a_patch_is_said(profiles):
     """GAP_MISS: the flange comes near the rail; a smaller gap than that counts nothing."""
     fine = "1.000   90d   8.0   4.0 "
@@ -314,6 +321,7 @@ def forces(folder, *changes):
     return np.array([patch[name] for name in ("FN", "FX", "FS", "PMAX")])
 
 
+@pytest.mark.long
 def test_viscoelastic_wheels_are_between_their_limits(profiles):
     """M = 1: relaxed at once they have the modulus G/(1 + FG), and that of glass if never."""
 
@@ -330,6 +338,7 @@ def test_viscoelastic_wheels_are_between_their_limits(profiles):
     refused(lambda: read(profiles, *in_time), words="M (MATER) = 1 needs steady rolling, T = 3")
 
 
+@pytest.mark.long
 def test_wheels_of_simplified_theory(profiles):
     """M = 2, 3: the pressure of half-spaces, saturated tractions, and the load of all forces."""
     slope = (" 0022033 ", " 0022333 "), (MATERIAL, f"{MATERIAL}\n 1. 1. 1.\n %")

@@ -79,6 +79,7 @@ def test_a_map_of_one_coefficient_is_archards_law(right):
     assert wear(right, fast).volume == pytest.approx(one.volume / 3, rel=1e-12)
 
 
+@pytest.mark.long
 def test_a_locked_wheel_in_closed_form():
     """Creepage -2: power f N V at the speed V over the rail; the depth k/H p0 (pi/2) a in the
     middle.
@@ -134,6 +135,7 @@ def test_functions_of_t_gamma():
         sheffield_wear([-1.0])
 
 
+@pytest.mark.long
 def test_shakedown_of_circles():
     """Hertz: index = f - 2 pi a b k/(3 Fz), sliding all over with a friction of 0.3."""
     case = circles(300.0, dx=0.25, dy=0.25)
@@ -147,6 +149,7 @@ def test_shakedown_of_circles():
     assert np.isnan(place.index_error)
 
 
+@pytest.mark.long
 def test_the_shakedown_index_has_the_error_of_the_peak_pressure():
     """Two patches, of which the narrow one has the larger: within its error it is that of fine
     elements.
@@ -160,6 +163,7 @@ def test_the_shakedown_index_has_the_error_of_the_peak_pressure():
         assert abs(place.index - best.index) < place.index_error
 
 
+@pytest.mark.long
 def test_wear_step_by_step_makes_the_profiles_fit(tmp_path):
     case = circles(80.0, yaw=4e-3, dx=1.0, dy=0.5)
     cases = [replace(case, position=replace(case.position, y=y)) for y in (-1.0, 1.0)]
@@ -219,6 +223,7 @@ def test_functions_of_t_gamma_take_other_numbers():
     )
 
 
+@pytest.mark.long
 def test_error_bars_of_damage():
     """They hold what a finer grid finds."""
     found, finer = (
@@ -236,6 +241,7 @@ def patch():
     return circles(y=2.0, dx=1.0, dy=1.0).solve().patches[0]
 
 
+@pytest.mark.long
 def test_bodies_of_a_patch_are_the_rail_and_the_wheel(patch):
     """The rail is body 1, z points into it; both have the same pressure, so unlike tensions by
     friction alone.

@@ -66,6 +66,7 @@ def test_patches_solved_and_estimated_have_the_same_attributes(solved):
     assert fast.t_gamma == pytest.approx(exact.t_gamma, rel=0.1)
 
 
+@pytest.mark.long
 def test_a_wheel_is_a_dataset_of_its_quantities(solved):
     data = solved.to_xarray(LAW)
     (row,) = solved.quantities(LAW)
@@ -80,6 +81,7 @@ def test_a_wheel_is_a_dataset_of_its_quantities(solved):
     assert solved._repr_html_().startswith("<pre>")
 
 
+@pytest.mark.long
 def test_a_wheel_set_is_over_side_and_patch():
     found = WheelSetOnTrack(track=TRACK, wheelset=WHEELSET, vertical_force=2 * LOAD).estimate()
     data = found.to_xarray()
@@ -90,6 +92,7 @@ def test_a_wheel_set_is_over_side_and_patch():
     assert found._repr_html_().startswith("<pre>")
 
 
+@pytest.mark.long
 def test_files_are_read_by_others_and_only_their_own_kind_is_replaced(solved, tmp_path):
     solved.save(tmp_path / "wheel.nc")
     solved.save(tmp_path / "wheel.nc")
@@ -120,6 +123,7 @@ def test_wear_over_patches_and_rows_adds_up(solved):
     assert "depth" not in wear(solved).to_xarray()
 
 
+@pytest.mark.long
 def test_a_table_has_names_units_and_the_geometry_of_the_estimates(table):
     data = table.to_xarray()
     at = data.sel(y=2.0, yaw=0.005, patch=1)
@@ -141,6 +145,7 @@ def test_a_table_has_names_units_and_the_geometry_of_the_estimates(table):
     assert data["conicity"].sel(y=0.0).isnull()
 
 
+@pytest.mark.long
 def test_columns_for_vehicle_codes_are_those_of_both_wheels(table, tmp_path):
     """The left wheel is a mirror image in the table: here it is one by itself."""
     path = tmp_path / "columns.csv"
@@ -162,6 +167,7 @@ def test_columns_for_vehicle_codes_are_those_of_both_wheels(table, tmp_path):
     refused(lambda: table.save_columns(path, yaw=0.001), "yaw", "a node of the table")
 
 
+@pytest.mark.long
 def test_a_table_draws_itself(table):
     figure = table.plot()
     labels = [ax.get_ylabel() for ax in figure.axes]

@@ -64,6 +64,7 @@ def test_virtual_penetration_of_two_circles_from_its_definition():
 CLAMP = {"outside": "clamp"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("normal", "theory", "options", "typical", "worst", "peak"), [
     ("virtual-penetration", "fastsim", {}, 0.035, 0.08, 0.3),
     ("hertz", "fastsim", {}, 0.035, 0.10, 0.3),

@@ -39,6 +39,7 @@ def wheels(y, yaw):
     return [wheel(y, yaw=yaw, side=side, **common) for side in ("left", "right")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("y", "yaw"), [(2.0, 0.005), (-3.0, 0.01), (0.0, 0.0)])
 def test_at_the_nodes_it_is_the_estimate_of_both_wheels(table, y, yaw):
     """Contacts of the left wheel from mirror images; creepages, forces and moment are its own."""
@@ -112,6 +113,7 @@ def test_where_numbers_of_patches_differ_the_nearest_node_counts(table):
     assert near == pytest.approx(table.contacts(1.0, 0.0, "right")[1])
 
 
+@pytest.mark.long
 def test_nodes_without_contact_are_nan_and_the_others_are_there(table):
     """A wheel beside the rail, at both ends of the table; what is between is what it is without
     them.
@@ -135,6 +137,7 @@ def test_nodes_without_contact_are_nan_and_the_others_are_there(table):
         wide.contacts(-850.0, 0.0, "left")
 
 
+@pytest.mark.long
 def test_of_more_patches_than_it_keeps_those_with_the_largest_force_count():
     """Five ridges of different heights under a cylinder."""
     y = np.linspace(-42.0, 42.0, 1681)
@@ -165,6 +168,7 @@ test_what_is_refused = refusals(
 )
 
 
+@pytest.mark.long
 def test_each_wheel_bears_the_load_between_the_nodes():
     """Where contact passes to the flange, angles and forces interpolated apart bore up to 108 of 80
     kN.

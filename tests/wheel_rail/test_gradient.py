@@ -34,6 +34,7 @@ def values(solution):
     return np.array([own.normal_force, own.Fx, own.friction_work])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "entry", "at", "step"),
     [
@@ -52,6 +53,7 @@ def test_by_position_and_load(name, entry, at, step):
     assert found == pytest.approx(expected, rel=0.06, abs=2e-4 * abs(values(wheel())).max() / 60e3)
 
 
+@pytest.mark.long
 def test_by_the_points_of_a_profile():
     """A rail that is lifted as a whole lifts the wheel; one with a bump is stiffer across."""
     found = wheel().gradient(["Fx", "peak_pressure"], "rail").rail
@@ -70,6 +72,7 @@ def test_by_the_points_of_a_profile():
     assert by_bump == pytest.approx(expected, rel=0.12)
 
 
+@pytest.mark.long
 def test_by_the_points_of_a_wheel():
     """A profile that is lifted as a whole rolls on a smaller radius; one with a bump."""
     outputs = ["Fx", "peak_pressure", "friction_work"]
@@ -102,6 +105,7 @@ def test_friction_work_is_t_gamma_of_the_patch():
     assert "error=True" in wheel().gradient("Fx", "vertical_force").error
 
 
+@pytest.mark.long
 def test_errors_and_units():
     """The error is that of the elements: finer ones differ by less."""
     tangential = OUTPUTS[1:]

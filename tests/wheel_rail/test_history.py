@@ -56,6 +56,7 @@ def rig(**changes):
     return WheelOnRail(**(entries | changes))
 
 
+@pytest.mark.long
 def test_steady_rolling_is_the_limit_of_many_steps():
     """Steps of an element: from nothing the forces come nearer by the same part in each step, and
     what began in steady rolling stays there.

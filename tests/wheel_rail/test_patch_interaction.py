@@ -77,6 +77,7 @@ def test_three_parts_feel_each_other_through_the_seams_between():
     assert found == pytest.approx(first + others, abs=1e-4 * found.max())
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:with dy")
 def test_forces_do_not_jump_when_parts_become_patches():
     """Tread and flange root touch 5 mm apart: as the distance of separation passes that, nothing

@@ -99,6 +99,7 @@ def test_it_reaches_scripts_once():
     assert {each.filename for each in caught} == {__file__}
 
 
+@pytest.mark.long
 def test_a_wheel_set_has_each_once():
     case = replace(SET, track=replace(TRACK, cant=-1 / 40), friction=30.0, free=())
     with pytest.warns(vc.PlausibilityWarning) as caught:

@@ -121,6 +121,7 @@ def test_smoothing_halves_the_wave_of_its_length():
         assert (ripple.max() - ripple.min()) / 2e-4 == pytest.approx(kept, abs=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("smoothing", [5.0, 10.0])
 def test_smoothing_does_not_straighten_the_ends(smoothing):
     """An arc has its curvature up to its ends, and beside a kink; noise counts no more there than
@@ -423,6 +424,7 @@ def noisy(profile, seed, size=0.02):
     return Profile(y=y, z=z, kind=profile.kind, smoothing=10.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 def test_noise_makes_no_kinks(seed):
     """With 0.02 mm of noise on points 0.1 mm apart nine and more were found, which no smoothing
@@ -511,6 +513,7 @@ def test_entries_by_position_are_refused_in_words():
     refused(lambda: Track(RAIL), match=r"Track takes its entries by name: write Track\(rail=...\)")
 
 
+@pytest.mark.long
 def test_segments_that_cross_are_found_as_one_by_one() -> None:
     """Of random lines, with points on a lattice in a third of them; and at once for 50 000
     points.

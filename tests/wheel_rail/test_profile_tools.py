@@ -87,6 +87,7 @@ def test_designed_profiles_have_no_outliers(profile):
     assert profile.resampled(1.0).outliers().size == 0
 
 
+@pytest.mark.long
 def test_outliers_are_found_alone_and_beside_each_other_in_noise():
     generator = np.random.default_rng(0)
     noisy = replace(RAIL, z=RAIL.z + 2e-3 * generator.normal(size=RAIL.z.size))

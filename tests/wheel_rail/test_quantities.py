@@ -57,6 +57,7 @@ def labels(figure):
     return [ax.get_ylabel() for ax in figure.axes if ax.get_visible()]
 
 
+@pytest.mark.long
 def test_a_new_quantity_of_wheels_is_one_entry(new_quantity, tmp_path):
     file = CaseFile((wheel(2.0), wheel(3.0)), (1, 2), {}, None)
     found = []
@@ -76,6 +77,7 @@ def test_a_new_quantity_of_wheels_is_one_entry(new_quantity, tmp_path):
     plt.close(figure)
 
 
+@pytest.mark.long
 def test_a_new_quantity_of_wheel_sets_is_one_entry(new_quantity, tmp_path):
     case, over, store = wheel_set(), {"position.y": [0.0, 2.0]}, tmp_path / "sweep.csv"
     swept = sweep_wheel_sets(case, over, fast=True, store=store)

@@ -26,6 +26,7 @@ def limit(rolling):
     return vc.shakedown(rolling.patches[0], K, body="rail", gap=None)
 
 
+@pytest.mark.long
 def test_bounds_of_a_patch(rolling, limit):
     (patch,) = rolling.patches
     place = johnson_diagram(patch, K)
@@ -48,6 +49,7 @@ def test_the_diagram_has_its_former_names(rolling):
     assert place.index == pytest.approx(place.utilised - 1 / place.load_factor, rel=1e-12)
 
 
+@pytest.mark.long
 def test_quantities_and_report(rolling, limit):
     (values,) = rolling.quantities(yield_in_shear=K)
     assert values["shakedown_lower"] == limit.lower
@@ -58,6 +60,7 @@ def test_quantities_and_report(rolling, limit):
     assert f"traction up to {limit.local:.3g} of the largest pressure" in rolling.report()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_tables_and_sweeps(rolling, limit, tmp_path):
     file = CaseFile((rolling.case,), (1,), {}, None, yield_in_shear=K)

@@ -79,6 +79,7 @@ def test_equal_slices_are_one_profile_to_the_bit() -> None:
     assert np.array_equal(standard(slices, turned).solve().force, known.force)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_slices_that_hardly_vary_are_near_one_profile(side: str) -> None:
     rail, wheel = Profile.rail_60e1(), Profile.s1002()
@@ -92,6 +93,7 @@ def test_slices_that_hardly_vary_are_near_one_profile(side: str) -> None:
     assert found.case.touching == pytest.approx(known.case.touching, abs=1e-5)
 
 
+@pytest.mark.long
 def test_ramp_is_a_level_rail_turned() -> None:
     slope = 0.02
     ramp = ProfileSlices(profiles=RAIL, positions=[-200.0, 200.0], z=[-200 * slope, 200 * slope])
@@ -130,6 +132,7 @@ def test_distance_below_a_flat_is_that_of_the_chord() -> None:
     assert patch.location[0] == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.long
 def test_rolling_back_and_forth_are_mirror_images() -> None:
     wheel = replace(WHEEL, wheel=flat(0.03))
     left, right = (
@@ -157,6 +160,7 @@ def test_between_two_profiles_sections_are_their_means(s: float) -> None:
     assert z == pytest.approx(np.interp(y - 750.0, *mean), abs=1e-4)
 
 
+@pytest.mark.long
 def test_two_rails_under_one_wheel_bear_it_together() -> None:
     """Wing and nose of equal heights to either side of the middle, each with half of the load."""
     wing, nose = (round_rail(y=y, width=20.0) for y in (-35.0, 35.0))
@@ -172,6 +176,7 @@ def test_two_rails_under_one_wheel_bear_it_together() -> None:
     assert patch.normal_force == pytest.approx(80e3, rel=1e-6)
 
 
+@pytest.mark.long
 def test_nose_takes_over_where_it_begins() -> None:
     """A wing that descends and a nose that begins at s = 0 and rises."""
     wing = ProfileSlices(
@@ -195,6 +200,7 @@ def test_nose_takes_over_where_it_begins() -> None:
     assert list(shares[2]) == [True]
 
 
+@pytest.mark.long
 def test_step_is_climbed_at_its_edge() -> None:
     """The circle comes down on the edge of a higher rail ahead."""
     height, ahead = 0.2, 8.0
@@ -208,6 +214,7 @@ def test_step_is_climbed_at_its_edge() -> None:
     assert on(step, position=Position(s=50.0)).touching == pytest.approx(-height, abs=1e-6)
 
 
+@pytest.mark.long
 def test_grids_are_chosen_for_an_accuracy_where_profiles_vary() -> None:
     waves = ProfileSlices(
         profiles=RAIL, positions=np.arange(-200.0, 201.0, 25.0), z=[0.0, 0.1] * 8 + [0.0]
@@ -219,6 +226,7 @@ def test_grids_are_chosen_for_an_accuracy_where_profiles_vary() -> None:
     assert found.force[2] == pytest.approx(80e3, rel=1e-5)
 
 
+@pytest.mark.long
 def test_wheel_set_with_a_flat_is_balanced() -> None:
     wheel = flat(0.02, Profile.s1002())
     track = Track(rail=Profile.rail_60e1(), cant=1 / 40)
@@ -231,6 +239,7 @@ def test_wheel_set_with_a_flat_is_balanced() -> None:
     assert found.z > rounded.z + 0.05  # the axle sinks by a part of the flat's depth, 0.092 mm
 
 
+@pytest.mark.long
 def test_a_crossing_on_one_side_alone() -> None:
     """The other wheel is as on equal rails; the axle rolls by the difference of the heights."""
     low = ProfileSlices(profiles=RAIL, positions=[-100.0, 100.0], z=[0.5, 0.5])
@@ -286,6 +295,7 @@ test_what_needs_one_profile_refuses_slices = refusals(
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spacing", [10.0, 25.0])
 def test_approximating_splines_of_parabolas_are_above_them_by_a_third_of_the_spacing(
     spacing: float,
@@ -308,6 +318,7 @@ def test_approximating_splines_of_parabolas_are_above_them_by_a_third_of_the_spa
     )
 
 
+@pytest.mark.long
 def test_approximating_splines_of_wheels_are_closed() -> None:
     """Slices around the whole wheel, turned by one of them: the same wheel, also where they
     begin.
@@ -341,6 +352,7 @@ STANDARD: dict[str, Any] = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("error::varcontact.wheel_rail.RoughProfile")
 @pytest.mark.parametrize("load", [{"z": 0.198}, {"vertical_force": 10e3}])
 @pytest.mark.parametrize("s", [-8.0, -3.2, 9.2])
@@ -370,6 +382,7 @@ def test_distances_at_a_joint_are_those_of_the_endless_rail(s: float) -> None:
     assert (found[~there] > deep).all()
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("error::varcontact.wheel_rail.RoughProfile")
 @pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")
 @pytest.mark.parametrize("gap", [2.0, 30.0])
@@ -394,6 +407,7 @@ def test_forces_over_a_joint_are_continuous_and_mirror_images(gap: float) -> Non
     assert np.diff(heights).max() < np.diff(places)[0] * (gap / 2 / R + 0.01)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("error::varcontact.wheel_rail.RoughProfile")
 @pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")
 def test_a_nose_that_begins_under_the_wheel_takes_its_load_step_by_step() -> None:
@@ -427,6 +441,7 @@ class Counted(Curve):
         return super().cubics(begin, within)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [5, 150])
 def test_slices_are_the_sum_of_their_sections_and_added_up_once(count: int) -> None:
     """Heads with a kink and features, each of another radius; far from a place they are not looked

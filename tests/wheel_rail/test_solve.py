@@ -37,6 +37,7 @@ def wheel(y, yaw=0.005, **more):
     return conditions.wheel(y, yaw=yaw, **{"vertical_force": 60e3} | more)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("y", "patches"), [(-8.0, 1), (5.0, 2)])
 def test_errors_hold_against_fine_elements(y, patches):
     """The other side, and two patches: elements of 0.2 by 0.1 mm."""
@@ -53,6 +54,7 @@ def test_errors_hold_against_fine_elements(y, patches):
     assert found.z == pytest.approx(fine.z, abs=0.01 * found.patches[0].patch.approach)
 
 
+@pytest.mark.long
 def test_hertz_contact_to_an_accuracy():
     """Of a prescribed height, normal forces are within their errors; those of one patch under a
     load follow from it.
@@ -68,6 +70,7 @@ def test_hertz_contact_to_an_accuracy():
     assert 0 < abs(other.normal_force - hertz.force) < other.error[2] < 0.02 * hertz.force
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_unlike_bodies_and_no_friction_to_an_accuracy(friction):
     soft = wheel(
@@ -80,6 +83,7 @@ def test_unlike_bodies_and_no_friction_to_an_accuracy(friction):
     assert np.all(np.abs(found.force - fine.force) < found.error + 0.01 * 0.3 * 20e3)
 
 
+@pytest.mark.long
 def test_parts_of_a_patch_that_feel_each_other_in_part():
     """Within its errors the answer is that on fine elements."""
     case = wheel(5.0, yaw=0.012, vertical_force=10e3, join=1.0, separate=20.0)
@@ -88,6 +92,7 @@ def test_parts_of_a_patch_that_feel_each_other_in_part():
     assert np.all(np.abs(found.force - fine.force) < found.error + 1e-3 * 0.3 * 10e3)
 
 
+@pytest.mark.long
 def test_a_time_budget_is_kept_and_longer_is_nearer(clock):
     """For all patches and heights together: 1.5 times, and two seconds that coarse grids may
     take.
@@ -113,6 +118,7 @@ def rough_wheel(**more):
     return replace(case, track=replace(case.track, rail=noisy(case.track.rail, 2e-3)))
 
 
+@pytest.mark.long
 def test_noise_is_warned_of_before_grids_are_refined(clock):
     """The first solution tells it; three sets of elements the errors, then."""
     with warnings.catch_warnings():
@@ -152,6 +158,7 @@ def test_the_geometry_counts_as_time(clock, monkeypatch):
     assert refused.value.field == "time_budget"
 
 
+@pytest.mark.long
 def test_a_time_budget_is_kept_on_rough_profiles(clock):
     for budget in (0.5, 4.0):
         begun = clock.now
@@ -160,6 +167,7 @@ def test_a_time_budget_is_kept_on_rough_profiles(clock):
         assert np.isfinite(found.error).all()
 
 
+@pytest.mark.long
 def test_peak_pressures_have_error_bars():
     """Of circles Hertz's; two patches are held against fine elements. Reports show them."""
     (each,) = circles(300.0).solve().patches
@@ -184,6 +192,7 @@ def test_peak_pressures_have_error_bars():
     assert np.isnan(exact.peak_pressure_error)
 
 
+@pytest.mark.long
 def test_friction_that_varies_over_the_patch_has_errors_by_default():
     friction = FrictionByAngle((-0.1, 0.3), (0.2, 0.4))
     case = wheel(3.0, friction=friction)
@@ -208,6 +217,7 @@ def test_samples_are_the_distance_on_any_grid():
     assert sampled.approach == pytest.approx(own.approach, abs=1e-4)
 
 
+@pytest.mark.long
 def test_a_theory_on_the_ellipse_of_each_patch():
     """Of two circles it is Hertz's: the forces are those that the theory has there."""
     case = circles(y=-12.0, yaw=1e-3, velocity=Velocity(pitch_rate=-2.1739), dx=0.4, dy=0.4)
@@ -257,6 +267,7 @@ test_what_is_refused = refusals(
 )
 
 
+@pytest.mark.long
 def test_pressures_of_a_height_are_solved_for_once():
     """Tractions of the height that bears the load have the pressure that told it, of few elements
     and of many.

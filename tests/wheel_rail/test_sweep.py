@@ -23,6 +23,7 @@ LAW = Archard(k=3e-4, hardness=3000.0)
 OVER = {"position.y": [0.0, 4.0], "friction": [0.4]}
 
 
+@pytest.mark.long
 def test_a_sweep_has_the_numbers_of_the_solutions_and_is_resumed(tmp_path):
     case, store, told = wheel_set(yaw=0.003), tmp_path / "sweep.csv", []
     swept = sweep_wheel_sets(case, OVER, archard=LAW, store=store)
@@ -43,6 +44,7 @@ def test_a_sweep_has_the_numbers_of_the_solutions_and_is_resumed(tmp_path):
     assert swept.equals(again)
 
 
+@pytest.mark.long
 def test_what_is_not_solved_has_its_reason_and_pairs_make_a_dimension():
     narrow = replace(wheel_set(), track=replace(wheel_set().track, cant=0.01))
     swept = sweep_wheel_sets(
@@ -72,6 +74,7 @@ torque = -1e6
 """
 
 
+@pytest.mark.long
 def test_the_command_is_the_case_in_python(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(CASE)
@@ -112,6 +115,7 @@ test_arguments_of_another_kind_are_named = refusals(
 )
 
 
+@pytest.mark.long
 def test_the_picture():
     case = wheel_set()
     swept = sweep_wheel_sets(case, {"position.y": [-4.0, 0.0, 4.0]}, fast=True)

@@ -84,6 +84,7 @@ def test_the_benchmarks_position_between_tread_and_flange():
     )
 
 
+@pytest.mark.long
 def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
     case = wheel(2.0, yaw=0.005, dx=0.5, dy=0.5)
     plain, all_of_it = replace(case, with_friction=False).solve(), case.solve()
@@ -97,6 +98,7 @@ def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
     assert again.force == pytest.approx(plain.force, rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("more", [{}, {"z": 0.25, "vertical_force": None}], ids=["load", "height"])
 def test_the_solution_of_another_position_changes_nothing_as_a_start(more):
     common = {"yaw": 0.003, "dx": 1.0, "dy": 1.0, **more}
@@ -111,6 +113,7 @@ def test_the_solution_of_another_position_changes_nothing_as_a_start(more):
     assert counts[0] <= counts[1]
 
 
+@pytest.mark.long
 def test_a_flange_contact_takes_few_heights():
     """At 69 degrees the lateral creepage bears most of the load, and the force is far from a power
     of the depth.
@@ -180,6 +183,7 @@ def test_forces_in_the_frames_belong_together(two_patches):
     assert found.moment_on_wheelset == pytest.approx(axes.T @ moment, rel=1e-9)
 
 
+@pytest.mark.long
 def test_solutions_of_left_and_right_are_mirror_images():
     """Forces, moments and fields, with a seam between tread and flange root."""
     right, left = (
@@ -315,6 +319,7 @@ def test_a_wheel_that_friction_lifts_is_refused():
             do()
 
 
+@pytest.mark.long
 def test_normal_forces_far_larger_than_the_load_are_said():
     """80 kN on a flange at 69 degrees, borne by more than twice as much; on the tread nothing is
     said.
@@ -360,6 +365,7 @@ test_bad_dimensions_and_velocities_are_refused = refusals(
 )
 
 
+@pytest.mark.long
 def test_the_picture_has_both_profiles_and_each_patch(two_patches):
     figure = two_patches.plot()
     profiles, *panels = figure.axes
@@ -388,6 +394,7 @@ def test_a_rail_with_its_sides_exchanged_is_told():
             wheel(track=Track(rail=rail)).estimate()
 
 
+@pytest.mark.long
 def test_profiles_too_rough_to_follow_are_told():
     """Noise of half a millimetre: every wheel has an answer that bears its load, or is told what to
     do.

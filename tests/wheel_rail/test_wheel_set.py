@@ -50,6 +50,7 @@ def wheel_set(y=0.0, yaw=0.0, **more):
     return WheelSetOnTrack(**common | {"position": Position(y=y, yaw=yaw)} | more)
 
 
+@pytest.mark.long
 def test_mirror_images():
     """Displaced and yawed to the other side in a curve to the other side, left and right are
     exchanged.
@@ -73,6 +74,7 @@ def test_mirror_images():
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("torque", [0.0, -3e6])
 def test_power_of_the_forces_is_friction_power_and_torques_are_balanced(torque):
     """The rails' forces take from the moving wheel set what slip dissipates, of creepages by the
@@ -98,6 +100,7 @@ def test_power_of_the_forces_is_friction_power_and_torques_are_balanced(torque):
     assert found.force[0] * torque >= 0  # driving wheels push the rails backwards
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", ["estimate", "solve"])
 def test_friction_power_of_a_wheel_set_that_slides_sideways(solver):
     """In full slip f N times the sliding velocity of the rigid bodies, without the work of N."""
@@ -113,6 +116,7 @@ def test_friction_power_of_a_wheel_set_that_slides_sideways(solver):
     assert found.power == pytest.approx(expected, rel=0.01)
 
 
+@pytest.mark.long
 def test_nadals_limit_is_that_of_the_face_of_the_flange():
     """70 degrees by EN 13715, on both sides, though the back of the flange is vertical and noise
     can turn it.
@@ -129,6 +133,7 @@ def test_nadals_limit_is_that_of_the_face_of_the_flange():
     assert np.isnan(coned.estimate().nadal("left"))
 
 
+@pytest.mark.long
 def test_wheels_that_are_cones_roll_as_their_radii_tell():
     """Without slip both wheels together: the pitch rate is that of the mean of the radii, and
     forces are opposite.
@@ -142,6 +147,7 @@ def test_wheels_that_are_cones_roll_as_their_radii_tell():
     assert found.y_over_q("left") == pytest.approx(found.y_over_q("right"), abs=1e-8)
 
 
+@pytest.mark.long
 def test_a_free_wheel_set_in_a_curve_rolls_where_the_radii_make_up_for_it():
     """Redtenbacher: r_left - r_right = 2 s r/R with pure rolling, so that no yaw moment is left
     (straight, centred).
@@ -171,6 +177,7 @@ def in_curve(radius, **more):
     return wheel_set(**STANDARD | {"track": track, "free": STEERED} | more)
 
 
+@pytest.mark.long
 def test_a_free_wheel_set_under_little_friction_in_a_sharp_curve():
     """At the flange root, within a hundredth of a millimetre; to the other side in the other
     curve.
@@ -183,6 +190,7 @@ def test_a_free_wheel_set_under_little_friction_in_a_sharp_curve():
     assert other.position.yaw == pytest.approx(-found.position.yaw, abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_refusal_names_the_moment_and_by_how_much_it_is_short():
     """Held in the middle of a curve, no yaw makes up for the radii; nothing that was not given is
     named.
@@ -196,6 +204,7 @@ def test_a_refusal_names_the_moment_and_by_how_much_it_is_short():
     assert " y = " not in str(caught.value)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("load", [20.0, 2000.0])
 def test_small_loads_at_the_flange(load):
     """Both wheels slip against each other: the pitch rate is between those of their radii."""
@@ -208,6 +217,7 @@ def test_small_loads_at_the_flange(load):
     assert min(rates) < found.velocity.pitch_rate < max(rates)
 
 
+@pytest.mark.long
 def test_the_balance_does_not_depend_on_where_the_search_begins():
     case = wheel_set(0.0, free=("y", "roll", "pitch_rate"), lateral_force=5e3, dx=1.6, dy=1.6)
     one = case.solve()
@@ -219,6 +229,7 @@ def test_the_balance_does_not_depend_on_where_the_search_begins():
     assert other.velocity.pitch_rate == pytest.approx(one.velocity.pitch_rate, rel=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("y", [2.0, 8.0])
 def test_wheel_set_of_the_benchmark(y):
     """Its 10 kN on each wheel need a roll moment against the lateral forces: with it, the published
@@ -245,6 +256,7 @@ def test_wheel_set_of_the_benchmark(y):
         )
 
 
+@pytest.mark.long
 def test_rails_that_yield():
     """Each is moved by its force over its stiffness, and the axle sinks with them."""
     stiff, found = (
@@ -257,6 +269,7 @@ def test_rails_that_yield():
     assert found.z - stiff.z == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.long
 def test_friction_by_region_and_by_side():
     """As everywhere where all coefficients are one; on a lubricated gauge face, tractions within
     its cone alone.
@@ -279,6 +292,7 @@ def test_friction_by_region_and_by_side():
     assert np.all(np.diff(np.asarray(each.solution.scene.friction)[:, 0]) >= 0)
 
 
+@pytest.mark.long
 def test_gravitational_stiffness_of_circles():
     """Round wheels in round rails: a pendulum of the radii's difference, W/(2...) by the geometry
     of two arcs.
@@ -294,6 +308,7 @@ def test_gravitational_stiffness_of_circles():
     assert found.gravitational_stiffness() == pytest.approx(-160e3 / (radius + wheel), rel=0.02)
 
 
+@pytest.mark.long
 def test_wheel_sets_without_friction():
     """Normal forces alone; with friction on one rail, its wheel rolls, and the other one slips
     along.
@@ -310,6 +325,7 @@ def test_wheel_sets_without_friction():
     )
 
 
+@pytest.mark.long
 def test_wheel_sets_have_the_default_accuracy_and_its_error_bars():
     """As wheels, though each exact solution of the balance follows another one."""
     found = wheel_set(0.0, dx=None, dy=None, free=()).solve()
@@ -319,6 +335,7 @@ def test_wheel_sets_have_the_default_accuracy_and_its_error_bars():
     assert found.errors["z"] > 0
 
 
+@pytest.mark.long
 def test_error_bars_come_with_the_grids_that_are_chosen():
     found = wheel_set(3.0, dx=None, dy=None).solve(accuracy=0.05)
     exact = wheel_set(3.0, dx=0.4, dy=0.4).solve()
@@ -332,6 +349,7 @@ def test_error_bars_come_with_the_grids_that_are_chosen():
     assert "+-" in found.report()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("more", "error", "words"), [
     ({"y": 25.0, "lateral_force": 500e3, "free": ("y", "roll", "pitch_rate")}, SceneError, "no position balances"),
     ({"torque": 30e6}, NotConverged, "torque = 3e.07 exceeds the friction limit, about 2.2"),
@@ -348,6 +366,7 @@ def test_loads_that_no_position_balances(more, error, words):
         wheel_set(**more).estimate()
 
 
+@pytest.mark.long
 def test_a_torque_a_little_beyond_the_friction_limit():
     """The fast way comes near the balance there, and forces no longer depend on the pitch rate."""
     with pytest.raises(NotConverged, match="exceeds the friction limit, about") as caught:
@@ -355,6 +374,7 @@ def test_a_torque_a_little_beyond_the_friction_limit():
     assert 0 < caught.value.residual < 0.02
 
 
+@pytest.mark.long
 def test_wheel_sets_run_on_the_tips_of_their_flanges():
     """Freely, with the radius there; on one of them, both wheels slip against each other."""
     wide = replace(WHEELSET, inside_distance=1420.0)

@@ -202,6 +202,7 @@ def test_single_exchanges_are_one_element_each(rolling):
     assert many.iterations < one.iterations / 4
 
 
+@pytest.mark.long
 @settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), force=st.floats(1e-3, 10.0))
 def test_rough_surfaces(rolling, seed, force):

@@ -64,6 +64,7 @@ def test_programs_are_scaled(scene):
             )
 
 
+@pytest.mark.long
 def test_reachable_elements_hold_the_contact(rolling):
     """What is left out as out of reach is out of contact in the whole problem, too."""
     wide = vc.Grid(nx=24, ny=24).spread((-4.0, 4.0, -4.0, 4.0))

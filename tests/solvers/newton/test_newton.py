@@ -61,6 +61,7 @@ def problem(request, normal_problem, tangential_problem):
     return tangential_problem(17, shape="levels", carried=0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seeds", [range(first, first + 9) for first in range(0, 63, 9)])
 def test_equals_the_dense_answer(tangential_problem, seeds):
     """On random problems, each batch with every shape; the 34th and the 60th alone stay unsolved,
@@ -74,6 +75,7 @@ def test_equals_the_dense_answer(tangential_problem, seeds):
             check_exact(problem, raw)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("line", [False, True])
 def test_equals_norm(normal_problem, line):
     """On random surfaces, smooth and rough, by force and by approach."""

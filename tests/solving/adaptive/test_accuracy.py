@@ -67,6 +67,7 @@ def test_the_shift_of_a_slender_contact_is_cattaneos(a, b, accuracy):
     assert sol.error_estimate.largest <= accuracy
 
 
+@pytest.mark.long
 def test_the_estimate_is_that_of_richardsons_steps():
     """Solved again on its last three grids: the rule of the module, computed by hand."""
     scene = replace(ROLLING, surface=vc.Ellipse(a=1.0, b=0.2), motion=vc.Steady(vx=0.3, spin=0.3))
@@ -125,6 +126,7 @@ def test_units_do_not_matter(length, stress, motion):
     assert [s.nx for s in other.error_estimate.solves] == [s.nx for s in one.error_estimate.solves]
 
 
+@pytest.mark.long
 def test_the_estimate_is_told_and_kept(tmp_path):
     sol = vc.solve(ROLLING, accuracy=0.01)
     estimate = sol.error_estimate
@@ -141,6 +143,7 @@ def test_the_estimate_is_told_and_kept(tmp_path):
     assert vc.solve(replace(ROLLING, grid=vc.Grid(nx=8, ny=8))).error_estimate is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("changes", "options"),
     [
@@ -161,6 +164,7 @@ def test_a_file_is_measured_by_the_values_of_its_grid(tmp_path, changes, options
     assert again.error_estimate == sol.error_estimate != replace(sol.error_estimate, on_grid={})
 
 
+@pytest.mark.long
 def test_unlike_bodies_whose_error_falls_slowly():
     """Fx from 243 elements across and half of the step from 162, by the order 1: +-0.0006 f Fz."""
     scene = vc.Scene(
@@ -176,6 +180,7 @@ def test_unlike_bodies_whose_error_falls_slowly():
         assert abs(sol.force[0] / limit - 0.1949) < sol.error_estimate.errors["Fx"] <= accuracy
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("base", ["rigid", (0.2, 0.1)])
 def test_layered_bodies_are_unlike_by_their_surfaces(base):
     layered = vc.Layered(layers=[vc.Layer(0.5, 0.3, 0.2)], base=base)
@@ -198,6 +203,7 @@ def test_an_error_that_does_not_fall_is_seen():
     assert not adaptive.stalled(known(0.1, 0.08, 0.11)) and not adaptive.stalled(known(0.1, 0.1))
 
 
+@pytest.mark.long
 def test_grids_end_where_the_error_does_not_fall(monkeypatch):
     """Of a given accuracy that is an error with the best answer; by default an answer with its
     bar.
@@ -329,6 +335,7 @@ def test_what_does_not_fit_is_refused_with_what_does():
 SCENE_FILE = scene_file("vx = 0.15", (1.0, 0.7)).split("[grid]")[0]
 
 
+@pytest.mark.long
 def test_the_command_and_the_table_of_a_file(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE_FILE)
     (tmp_path / "to.toml").write_text(SCENE_FILE + "[solve]\naccuracy = 0.01\n")

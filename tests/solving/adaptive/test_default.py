@@ -16,6 +16,7 @@ ROLLING = wheel_on_rail(vc.Steady(vx=1e-3, spin=0.3))
 HISTORY = vc.Transient(steps=2, dq=1e-3, vx=1e-3)
 
 
+@pytest.mark.long
 def test_the_report_begins_with_values_and_error_bars():
     sol = vc.solve(ROLLING)
     bars, report = sol.error_estimate.bars, sol.report()
@@ -63,6 +64,7 @@ def test_histories(tmp_path):
     assert without.error_estimate is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "kind",
     [

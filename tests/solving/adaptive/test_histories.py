@@ -19,6 +19,7 @@ ROLLING = make_scene(
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", REFERENCES)
 def test_the_error_is_below_the_accuracy(name):
     reference = REFERENCES[name]
@@ -58,6 +59,7 @@ def test_the_estimate_is_told_and_kept(tmp_path):
     assert again.force.tolist() == history.force.tolist()
 
 
+@pytest.mark.long
 def test_time_is_used(clock):
     history = vc.solve(ROLLING, time_budget=0.4)
     assert len(history.error_estimate.solves) > 3 and history.error_estimate.largest < 0.02

@@ -31,6 +31,7 @@ def line(friction, creepage, **changes):
     return replace(scene, **changes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("start", ["stick", "slip"])
 def test_what_the_static_coefficient_adds_vanishes_with_the_elements(start):
     """Of first order: the force tends to Carter's for the kinetic coefficient, from both starts."""
@@ -68,6 +69,7 @@ def test_answers_are_those_of_the_kinetic_coefficient(changes):
         assert sol.certificate.residual < 1e-8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("law", "creepage"), [
     (vc.RationalFalling(0.3, 0.12, half_velocity=0.0377 * 0.3 * HALF), 0.37),
     (vc.ExponentialFalling(0.3, 0.14, half_velocity=0.0019 * 0.3 * HALF), 0.46),

@@ -28,6 +28,7 @@ def normal(radius, above=0.0, turned=0.0):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("radius", "above"), [(0.1, 3e-3), (0.04, 0.0)])
 def test_the_peak_of_a_small_patch(radius, above):
     scene = normal(radius, above)
@@ -41,6 +42,7 @@ def test_the_peak_of_a_small_patch(radius, above):
     assert np.count_nonzero((right > 0).any(axis=1)) >= 8
 
 
+@pytest.mark.long
 def test_forces_of_a_small_patch():
     scene = replace(normal(0.1, 1e-3), friction=0.3, motion=vc.Steady(vx=2e-2, vy=3e-3, spin=0.05))
     sol = vc.solve(scene, accuracy=0.02)
@@ -48,6 +50,7 @@ def test_forces_of_a_small_patch():
     assert error(values(sol), values(fine), units(fine)) <= 0.02 + 0.002
 
 
+@pytest.mark.long
 def test_where_no_grid_fits_the_error_bar_knows(monkeypatch):
     """With few elements to be had, the error of a peak that they miss is stated."""
     monkeypatch.setattr(adaptive, "DEFAULT_ELEMENTS_MAX", 1000)
@@ -71,6 +74,7 @@ def test_patches_are_as_wide_as_they_are_wherever_they_lie(turned):
     assert area == pytest.approx(sol.elements["contact"], rel=0.05)
 
 
+@pytest.mark.long
 def test_a_patch_too_narrow_adds_its_share_by_its_elements():
     """0.3 of the load on a patch two elements wide: 0.15 on top of what the same grids have without
     it.

@@ -91,6 +91,7 @@ def test_all_factors_hold_at_the_end(start):
     assert np.all(size <= sol.traction_bound * (1 + 1e-7))
 
 
+@pytest.mark.long
 def test_scene_files_hold_laws_and_numbers_but_no_functions(tmp_path):
     factors = [
         vc.ExponentialFalling(0.3, 0.1, 30.0, 3e4),
@@ -187,6 +188,7 @@ WARM = vc.FrictionLaw(0.3, 0.02, FACTORS, velocity=3e4)
 COARSE = vc.Grid(nx=14, ny=5, dx=1.6, dy=4.4, x0=-14.0, y0=-11.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("law", "part"), [(WARM, 1.0), (WARM, 1.7), (vc.PressureFalling(0.3, 0.1, 80.0), 1.0)]
 )
@@ -202,6 +204,7 @@ def test_a_history_ends_in_steady_rolling(law, part):
         assert np.allclose(last.friction[touches], steady.friction[touches], atol=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", [WARM, vc.TemperatureFalling(0.3, 0.02, over=400.0)])
 def test_memory_of_all_that_friction_depends_on_goes_with_the_material(law):
     slow = replace(law, memory_distance=0.05)
@@ -224,6 +227,7 @@ def test_memory_of_all_that_friction_depends_on_goes_with_the_material(law):
     )
 
 
+@pytest.mark.long
 def test_a_stored_history_goes_on_as_if_it_had_not_ended(tmp_path):
     law = vc.TemperatureFalling(0.3, 0.12, over=400.0)
     motion = vc.Transient(steps=6, vx=-8e-3, dq=1.1, dt=1.1 / 3e4)
@@ -260,6 +264,7 @@ def test_temperature_with_other_parts_of_a_scene(changes):
     assert sol.friction[slips].min() < 0.295
 
 
+@pytest.mark.long
 def test_temperature_to_an_accuracy_within_a_time_and_in_batches():
     law = vc.TemperatureFalling(static=0.3, kinetic=0.12, over=400.0)
     auto = rolling(friction=law, grid="auto")

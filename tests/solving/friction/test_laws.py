@@ -172,6 +172,7 @@ def test_methods_agree(tangential, line):
     assert "exponential, solution found from stick everywhere: coefficient 0.2" in sol.report()
 
 
+@pytest.mark.long
 @settings(max_examples=12, deadline=None)
 @given(
     kind=st.sampled_from([kind for kind in LAWS if not LAWS[kind].local]),
@@ -199,6 +200,7 @@ def test_any_law(kind, kinetic, half, velocity, vx, vy, start, line, holds):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
 def test_forces_up_to_the_largest(law, line, holds):
     """The creep force has a maximum: just below it the force is met before it, and beyond it none

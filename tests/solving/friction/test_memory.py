@@ -56,6 +56,7 @@ def ends(law, part, vx, starts, cells=N):
     return [vc.solve(rolling(law, motion, cells=cells))[-1] for motion in motions]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("law", "part", "vx"),
     [(STEEP[1], 0.25, 5e-3), (STEEP[0], 0.6, 3e-3), (STEEP[0], 1.7, 5e-3)],
@@ -74,6 +75,7 @@ def test_the_end_under_a_steep_law_is_the_steady_solution_from_stick(law, part, 
         assert used(last) == pytest.approx(used(stick), abs=0.1 * apart)
 
 
+@pytest.mark.long
 def test_a_history_may_end_in_another_steady_solution():
     """With a static and a kinetic coefficient there are several; each end solves the steady problem
     in one pass.
@@ -92,6 +94,7 @@ def test_a_history_may_end_in_another_steady_solution():
     assert used(again) == pytest.approx(used(lower), rel=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("law", "part"), list(zip(GENTLE, (0.6, 1.0, 1.7), strict=True)))
 def test_the_end_under_a_gentle_law_is_the_one_steady_solution(law, part, dx, holds):
     steady = vc.Steady(vx=5e-3, dq=part * dx)
@@ -106,6 +109,7 @@ def test_the_end_under_a_gentle_law_is_the_one_steady_solution(law, part, dx, ho
         assert not any("so short a step" in warning for warning in last.warnings)
 
 
+@pytest.mark.long
 def test_where_the_law_is_too_steep_for_the_step_a_solution_says_so(line):
     """There the steady solution is not stable: rounding grows to a swing of stick and slip, on
     finer grids too.
@@ -136,6 +140,7 @@ SLOW = [
 """Laws whose steady solution is not stable, or not the only one, without their memory."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("law", "part"), [(SLOW[1], 0.4), (SLOW[0], 0.6), (SLOW[1], 1.0), (SLOW[0], 1.7)]
 )
@@ -216,6 +221,7 @@ def test_what_no_memory_can_be(entries):
     refused(lambda: vc.StaticKinetic(0.4, 0.2, **entries), f"friction.{next(iter(entries))}")
 
 
+@pytest.mark.long
 def test_mirror_and_units(dx):
     lengths = np.tile([0.3, 0.6, 1.7, 0.25], 6) * dx
     way = np.repeat([1, 1, -1, 1], 6)
@@ -243,6 +249,7 @@ def test_a_step_in_place_without_slip_restores_static_friction(dx):
     assert (history[-1].weakening == 0).all()
 
 
+@pytest.mark.long
 def test_a_history_goes_on_bit_for_bit(tmp_path, dx):
     motion = vc.Transient(steps=20, dq=0.3 * dx, vx=[2e-2] * 8 + [4e-3] * 12)
     scene = rolling(JUMP, motion)
@@ -299,6 +306,7 @@ def test_passes_go_on_where_two_solutions_have_just_vanished():
 DEEP = vc.Cylinders(R=1.0, reference_depth=1.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", [vc.ExponentialFalling(0.3, 0.2, 0.1), vc.StaticKinetic(0.2, 0.2)])
 def test_long_history_is_steady(law, tmp_path, line, holds):
     steady = vc.solve(line(law, Fx=-1.5e-4))
@@ -338,6 +346,7 @@ def test_what_histories_refuse(ball):
         vc.solve(ball(law, motion=vc.Transient(steps=2)), start="history")
 
 
+@pytest.mark.long
 def test_laws_that_change_in_time(tmp_path, line, holds):
     """Dry, then wet, then dry again: each step has its own; the same from a scene file, and from
     the history's.

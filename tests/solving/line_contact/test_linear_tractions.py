@@ -95,6 +95,7 @@ def test_order_on_cattaneo_is_one(tractions):
     assert errors[0] < 0.017
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tractions", ["constant", "linear"])
 def test_order_on_cattaneos_shift_is_one_and_a_half(tractions):
     """At 3/4 of what friction carries half of the contact sticks: its edges fall between elements

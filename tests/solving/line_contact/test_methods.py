@@ -31,6 +31,7 @@ def test_an_unpolished_answer_is_guaranteed():
     assert again.gap == pytest.approx(rough.certificate.gap, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bodies", [vc.Bodies(G=1.0, nu=0.28), UNLIKE], ids=["like", "unlike"])
 @pytest.mark.parametrize(
     "motion", [vc.Steady(vx=0.02, vy=0.008), vc.Shift(ux=0.06, uy=-0.03)], ids=["rolling", "shift"]
