@@ -1,5 +1,5 @@
 """The media of scenes: bodies, a layer between them that shears, a curved surface on which they
-meet. A new kind of body, or of what changes the numbers of others, is named here.
+meet. What changes the numbers of others is named here, and a body that gives no medium itself.
 """
 
 from __future__ import annotations

@@ -382,8 +382,8 @@ class Medium(Protocol):
     """Two bodies as solvers meet them, dimensionless: the combined modulus of
     rigidity of their surfaces is 1.
 
-    Another kind of body is another medium, and nothing else. Media that are
-    equal have equal influence numbers.
+    Solvers know bodies by their medium alone. Media that are equal have equal
+    influence numbers.
     """
 
     @property
