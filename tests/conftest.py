@@ -33,6 +33,7 @@ plasticity gradients benchmark benchmarks
 test_viscoelastic_histories test_viscoelastic test_conformal test_carried test_third_body test_registry
 test_every_kind test_no_slip test_documentation test_examples test_transient test_table test_memory
 test_style test_smear test_mutants
+test_method test_program test_own_solvers test_layered_bodies test_halfspace
 """
 
 

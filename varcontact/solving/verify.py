@@ -58,9 +58,10 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
 
     The residuals and gaps are computed again by FFT from pressures, tractions,
     approach and creepages; of a history step by step as they are asked for, its
-    series are as stored. Where they are larger than the stored certificate
-    says, it is replaced by that of the fields, the solution does not count as
-    converged, and its `note` says so.
+    series are as stored. Where they are more than twice what the stored
+    certificate says, and than rounding, it is replaced by that of the fields,
+    the solution does not count as converged, and its `note` says so. A step of
+    a history that was saved alone is not measured; its `note` says that.
 
     Parameters
     ----------
