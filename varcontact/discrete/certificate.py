@@ -118,7 +118,8 @@ class Certificate:
 
         Against the exact solution of the discrete problem. Infinite where no such bound is known:
         for unlike bodies, whose pressure depends on the tractions, under a law of friction, whose
-        coefficient depends on the slip, where S is not found to be positive definite, with elements
+        coefficient depends on the solution, with a layer that hardens in steady rolling or softens,
+        where S is not found to be positive definite, with elements
         softened as far as a pressure covers them that is not exact enough to tell, and where it is
         left out.
         """
