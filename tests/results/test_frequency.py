@@ -229,6 +229,20 @@ def test_a_slow_swing_of_the_load_moves_the_leading_edge(order):
     assert found == pytest.approx(expected, rel=0.12)
 
 
+def test_rows_of_four_elements_bring_no_rounding_in():
+    """Their inner pressures are equal but for rounding, whose ratio is no slope at the edge."""
+    responses = []
+    for cells in (10, 20):
+        grid = vc.Grid(nx=cells, ny=cells, dx=2.8 / cells, dy=2.8 / cells, x0=-1.4, y0=-1.38)
+        surface, motion = vc.Paraboloids(100.0, 90.0), vc.Steady(vx=5e-4, vy=1.5e-4, spin=3e-4)
+        scene = make_scene(surface, 0.0141853, motion, grid, 0.3, LIKE)
+        sol = vc.solve(scene, normal="norm")
+        responses.append(np.abs(sol.frequency_response([0.5]).of("Fx", "normal_force")[0]))
+        if cells == 10:
+            assert 4 in (sol.pressure > 0).sum(axis=1)
+    assert responses[0] < 5 * responses[1]
+
+
 def test_unlike_bodies_have_no_response_to_the_load():
     """How tractions enter at a moving edge of unlike bodies is not known."""
     sol = ball(bodies=UNLIKE)
