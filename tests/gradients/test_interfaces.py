@@ -52,7 +52,8 @@ def test_a_law_beside_a_prescribed_force():
 
 @pytest.mark.long
 def test_a_law_between_unlike_bodies():
-    check_gradients(coarse(UNLIKE, friction=FALLING), ("friction.half_velocity",))
+    # by smaller steps the rounding of two solutions is 1e-6 of a small moment
+    check_gradients(coarse(UNLIKE, friction=FALLING), ("friction.half_velocity",), step=1e-5)
 
 
 @pytest.mark.long

@@ -31,9 +31,9 @@ DENSE_ELEMENTS = 160
 """Elements of a grid up to which a product with its whole matrix, assembled once, is faster than
 one by FFT."""
 
-KEPT_NUMBERS = 20_000
+KEPT_NUMBERS = 33_000
 """Tables of no more blocks times elements are kept from one solve to the next, the last 32: at most
-20 MB."""
+35 MB."""
 
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""

@@ -228,6 +228,18 @@ class Adjoint:
             base, scene=scene, disc=disc, creepage=creepage, approach=approach, of_solution=base
         )
 
+    @lazy_property
+    def _of_free_shift(self) -> np.ndarray:
+        """Multipliers of E; along the traction the shift counts by the bound alone."""
+        return self.about.contact.areas.within(self.multipliers.shift)
+
+    @lazy_property
+    def _slipping_traction(self) -> np.ndarray:
+        """n.q where it slips, (ny, nx)."""
+        along = self.about.contact.areas.along
+        slipping: np.ndarray = (along * self.about.fields.traction).sum(axis=0)
+        return slipping
+
     def _pressure_moved(self, fields: ContactFields) -> float:
         """What a change of Hertz's pressure and approach adds to L."""
         base = self.about.fields
@@ -244,11 +256,8 @@ class Adjoint:
     def _tangential_residuals(self, fields: ContactFields) -> float:
         """Residuals of the tangential problem, weighted by their multipliers."""
         scene = fields.scene
-        areas = self.about.contact.areas
-        excess = (areas.along * fields.traction).sum(axis=0) - fields.bound
-        # along the traction the shift counts by the bound alone
-        total = float((areas.within(self.multipliers.shift) * fields.local_shift).sum())
-        total += float((self.of_bound * excess).sum())
+        total = float((self._of_free_shift * fields.local_shift).sum())
+        total += float((self.of_bound * (self._slipping_traction - fields.bound)).sum())
         for row, component in enumerate(self.about.contact.free):
             force = (scene.motion.Fx, scene.motion.Fy)[component]
             missing = fields.traction[component].sum() * fields.area - force

@@ -9,7 +9,7 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.results.linearised import unit_shifts
-from varcontact.scene.friction import bound_under
+from varcontact.scene.friction import Law, bound_under
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.system.process import lazy_property
@@ -70,6 +70,9 @@ class ContactFields:
     @lazy_property
     def places(self) -> tuple[np.ndarray, np.ndarray]:
         """x and y of the centres, (ny, nx) each."""
+        solved = self._on_same_grid
+        if solved is not None:
+            return solved.places
         x, y = np.meshgrid(self.disc.grid.x, self.disc.grid.y)
         return x, y
 
@@ -116,6 +119,9 @@ class ContactFields:
     @lazy_property
     def rigid_shift(self) -> np.ndarray:
         """W, with the creepages that forces gave, (2, ny, nx)."""
+        solved = self._on_same_grid
+        if solved is not None and self._moves_like(solved):
+            return solved.rigid_shift
         motion = self.disc.loading.motion
         rigid: dict[str, Any] = dict(zip(self.names, map(float, self.creepage), strict=True))
         if self.disc.grid.line:
@@ -141,6 +147,11 @@ class ContactFields:
         """Traction bound g of slipping elements, (ny, nx); zero without slip, where nothing is at
         its bound.
         """
+        solved = self._on_same_grid
+        friction = self.scene.friction
+        by_slip = isinstance(friction, Law)
+        if solved is not None and friction is solved.scene.friction and not by_slip:
+            return solved.bound
         return self._bound(self.pressure, self.slip)
 
     @lazy_property
@@ -169,6 +180,19 @@ class ContactFields:
 
     def _bound(self, pressure: np.ndarray, slip: np.ndarray) -> np.ndarray:
         return bound_under(self.scene.friction, pressure, slip, *self.places)
+
+    @property
+    def _on_same_grid(self) -> ContactFields | None:
+        """The fields in the scene of the solution, if this is another one on the same grid."""
+        if self.of_solution is None or self.of_solution.disc.grid is not self.disc.grid:
+            return None
+        return self.of_solution
+
+    def _moves_like(self, solved: ContactFields) -> bool:
+        """True where the rigid shift is the same: loads beside the contact are a part of it."""
+        same_motion = self.disc.loading.motion is solved.disc.loading.motion
+        beside = self.disc.loading.beside is not None
+        return same_motion and not beside and np.array_equal(self.creepage, solved.creepage)
 
     @property
     def _has_tractions(self) -> bool:

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.elasticity.operators import GridOperator
@@ -444,32 +445,36 @@ class _TransposedSystem:
 
 def gcr(product: Inverse, precondition: Inverse, right: np.ndarray, tol: float = TOL) -> np.ndarray:
     """Generalised conjugate residuals in double precision, preconditioned in single precision."""
-    found = np.zeros_like(right)
     residual = right.copy()
     length = float(np.linalg.norm(right))
     steps = np.empty((ROOM, right.size))
     images = np.empty((ROOM, right.size))
+    # images before they are orthogonalised are `factor` times the orthogonal ones
+    factor = np.zeros((ROOM, ROOM))
+    removed = np.zeros(ROOM)
     for count in range(DIRECTIONS_MAX):
         if float(np.linalg.norm(residual)) <= tol * length:
-            return found
+            shares = solve_triangular(factor[:count, :count], removed[:count])
+            return shares @ steps[:count]
         if count == len(steps):
             steps = np.concatenate([steps, np.empty_like(steps)])
             images = np.concatenate([images, np.empty_like(images)])
+            factor = np.pad(factor, (0, count))
+            removed = np.pad(removed, (0, count))
         # a preconditioned direction, its image orthogonal to those before
-        step = precondition(residual)
-        image = product(step)
+        steps[count] = precondition(residual)
+        image = product(steps[count])
         parts = images[:count] @ image
         image -= parts @ images[:count]
-        step -= parts @ steps[:count]
         size = float(np.linalg.norm(image))
         if not size > 0:
             break
-        steps[count] = step / size
-        images[count] = image / size
+        factor[:count, count] = parts
+        factor[count, count] = size
+        np.divide(image, size, out=images[count])
         # the part of the residual that it removes
-        part = images[count] @ residual
-        found += part * steps[count]
-        residual -= part * images[count]
+        removed[count] = images[count] @ residual
+        residual -= removed[count] * images[count]
     left = float(np.linalg.norm(residual)) / max(length, 1e-300)
     message = f"the gradient was not found in {DIRECTIONS_MAX} directions"
     raise NotConverged(message, left)

@@ -91,9 +91,13 @@ class Weighted(Output):
         return any(callable(weight) or np.any(weight) for weight in self.traction)
 
     def value(self, fields: ContactFields) -> float:
-        partial = self.partial(fields)
-        of_pressure = float(np.sum(partial.pressure * fields.pressure))
-        return of_pressure + float(np.sum(partial.traction * fields.traction))
+        total = 0.0
+        weights = (self.pressure, *self.traction)
+        stresses = (fields.pressure, *fields.traction)
+        for weight, stress in zip(weights, stresses, strict=True):
+            if callable(weight) or np.any(weight):
+                total += float(np.sum(_on_elements(weight, fields) * stress))
+        return total * fields.area
 
     def partial(self, fields: ContactFields) -> Partial:
         pressure, along_x, along_y = (

@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact.checks import Checked, choice, number, positive, whole
 from varcontact.errors import SceneError
+from varcontact.system.process import changed
 
 Edge = Literal["centres", "touched", "softened"]
 """Treatments of the elements that the contact's edge cuts, see `Grid`."""
@@ -282,8 +283,10 @@ class Grid(
     def scaled(self, length: float) -> Grid:
         """The lattice in another unit of `length`, which is given in the old one."""
         dx, dy, x0, y0 = self._lattice()
-        grid = self._like(self.nx, self.rows, dx / length, dy / length, x0 / length, y0 / length)
-        return replace(grid, tractions=self.tractions, periodic=self.periodic)
+        scaled: dict[str, float] = {"dx": dx / length, "x0": x0 / length}
+        if not self.line:
+            scaled |= {"dy": dy / length, "y0": y0 / length}
+        return changed(self, margin=1, **scaled)
 
     def spread(self, box: tuple[float, float, float, float]) -> Grid:
         """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top) and the
