@@ -68,6 +68,11 @@ def test_gradients_are_differences_of_solutions_within_a_pattern(kind):
             assert float(found[name]) == pytest.approx(expected, rel=2e-6, abs=2e-7 * scale)
 
 
+def test_a_modulus_beside_a_load():
+    """The shift by loads beside the contact changes with the elasticity, if creepages do not."""
+    check_gradients(SCENES["beside a load"], ("bodies.G", "bodies.nu"))
+
+
 @pytest.mark.parametrize("kind", ["creepage", "unlike", "shift"])
 def test_gradients_by_fields(kind):
     """A random change of the distance and of the friction of each element."""
