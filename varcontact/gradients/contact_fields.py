@@ -9,7 +9,7 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.results.linearised import unit_shifts
-from varcontact.scene.friction import Law, bound_under
+from varcontact.scene.friction import bound_under
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.system.process import lazy_property
@@ -149,8 +149,8 @@ class ContactFields:
         """
         solved = self._on_same_grid
         friction = self.scene.friction
-        by_slip = isinstance(friction, Law)
-        if solved is not None and friction is solved.scene.friction and not by_slip:
+        coulomb = isinstance(friction, float | np.ndarray)
+        if solved is not None and friction is solved.scene.friction and coulomb:
             return solved.bound
         return self._bound(self.pressure, self.slip)
 
