@@ -10,6 +10,8 @@ import pytest
 
 import varcontact as vc
 from varcontact.elasticity.of_scenes import medium_of, medium_on
+from varcontact.elasticity.shear_layer import ShearLayer
+from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Grid
 
 N = 10
@@ -420,3 +422,30 @@ def test_what_is_refused(make, field, words):
     with pytest.raises(vc.SceneError, match=words) as error:
         make()
     assert field is None or error.value.field == field
+
+
+class _InStep(GivenBodies):
+    """A pair whose medium has no numbers of a period."""
+
+    combined_G = 1.0
+    combined_nu = 0.28
+    K = 0.0
+    softest = ALIKE
+
+    def check(self, scene):
+        """Every scene."""
+
+    def reaches(self, grid):
+        return True
+
+    def medium(self, length, depth):
+        return ShearLayer(medium_of(ALIKE, length, depth), 0.1)
+
+
+def test_bodies_without_numbers_of_a_period_are_refused():
+    grid = vc.Grid(nx=8, ny=8, dx=0.1, dy=0.1, x0=0.0, y0=0.0, periodic=True)
+    rough = vc.SampledDistance(np.random.default_rng(5).random((8, 8)))
+    scene = vc.Scene(bodies=_InStep(), surface=rough, normal_force=0.1, grid=grid)
+    with pytest.raises(vc.SceneError) as refused:
+        vc.solve(scene)
+    assert refused.value.field == "grid.periodic"

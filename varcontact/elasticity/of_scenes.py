@@ -15,6 +15,7 @@ from varcontact.elasticity.operators import Homogeneous, Medium
 from varcontact.elasticity.pin_in_hole import PinInHoleMedium
 from varcontact.elasticity.shear_layer import ShearLayer
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
+from varcontact.errors import SceneError
 from varcontact.scene.bodies import (
     RIGID,
     Bodies,
@@ -74,7 +75,9 @@ def _periodic(medium: Medium, grid: Grid) -> Medium:
     from varcontact.elasticity.periodic import Periodic
     from varcontact.elasticity.symbol_medium import SymbolMedium
 
-    assert isinstance(medium, HalfSpaces | LayeredPair | SymbolMedium)
+    if not isinstance(medium, HalfSpaces | LayeredPair | SymbolMedium):
+        allowed = "False: these bodies have no numbers of a period"
+        raise SceneError("grid.periodic", grid.periodic, allowed)
     rows_repeat = grid.line or grid.periodic is True
     return Periodic(medium, grid.shape, rows_repeat, grid.tractions == "trigonometric")
 

@@ -291,6 +291,7 @@ def _target(scene: Scene, plan: Plan, arguments: Arguments) -> Target | None:
 
 
 def _default_target(scene: Scene, plan: Plan, arguments: Arguments) -> Target | None:
+    """The target of a scene without a grid: `DEFAULT_ACCURACY` wherever one can be asked for."""
     motion = scene.motion
     if isinstance(scene.grid, Grid) or scene.hardens:
         return None  # on a finer grid hardening takes many times as long

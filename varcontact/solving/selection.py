@@ -52,7 +52,8 @@ PRESETS: dict[str, Preset] = {
     ),
     "kalker": Preset("requested: NORM and TANG as printed, without programs", "norm", "tang-exact"),
 }
-"""By method. With "auto" any solver may be named."""
+"""By method. With "auto" any solver may be named; what stands here is for few elements, and
+`NEWTON` takes its place beyond the numbers below."""
 
 CONIC = {"normal": ("clarabel", "osqp"), "tangential": ("clarabel",)}
 """Solvers of the method "conic": of the QP and of the second-order-cone program."""
