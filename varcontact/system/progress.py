@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -9,12 +11,20 @@ from typing import Any
 Progress = Callable[[str], None] | bool | None
 """What users give: a function of one string, or true for a line that is shown."""
 
+ASK_FOR_TERMINAL = "FORCE_COLOR", "TTY_COMPATIBLE"
+"""Variables of the environment by which rich takes a stream for a terminal."""
+
 
 @contextmanager
 def shown_progress() -> Iterator[Callable[[Any], None]]:
     """A function that shows the stage on standard error of a terminal, or below the cell of a
     notebook; elsewhere, and beside another one, it shows nothing.
     """
+    in_terminal = sys.stderr is not None and sys.stderr.isatty()
+    asked_for = any(os.environ.get(name) for name in ASK_FOR_TERMINAL)
+    if not (in_terminal or asked_for or "IPython" in sys.modules):
+        yield lambda stage: None  # without loading rich
+        return
     from rich.console import Console
     from rich.errors import LiveError
     from rich.text import Text
