@@ -68,6 +68,12 @@ def test_gradients_are_differences_of_solutions_within_a_pattern(kind):
             assert float(found[name]) == pytest.approx(expected, rel=2e-6, abs=2e-7 * scale)
 
 
+def test_what_nothing_changes_has_no_derivative():
+    nothing = vc.Weighted(pressure=0.0, name="nothing")
+    found = solved(SCENES["unlike"]).gradient(nothing, ("vx", "surface.Rx"), edge="held")
+    assert float(found.vx) == float(found["surface.Rx"]) == 0
+
+
 def test_a_modulus_beside_a_load():
     """The shift by loads beside the contact changes with the elasticity, if creepages do not."""
     check_gradients(SCENES["beside a load"], ("bodies.G", "bodies.nu"))

@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.elasticity.operators import GridOperator
@@ -454,7 +453,7 @@ def gcr(product: Inverse, precondition: Inverse, right: np.ndarray, tol: float =
     removed = np.zeros(ROOM)
     for count in range(DIRECTIONS_MAX):
         if float(np.linalg.norm(residual)) <= tol * length:
-            shares = solve_triangular(factor[:count, :count], removed[:count])
+            shares = np.linalg.solve(factor[:count, :count], removed[:count])
             return shares @ steps[:count]
         if count == len(steps):
             steps = np.concatenate([steps, np.empty_like(steps)])
