@@ -106,29 +106,25 @@ class CoupledConditions(Conditions):
         # the bound of the pressure to be found
         right = tangential.right + (bound - under.bound) * tangential.along
         right = np.where(under.contact, right, -traction[1:])
-        apart = (~under.contact).astype(np.float32)
         tied = (self.friction * tangential.along).astype(np.float32)
-        return CoupledSystem(np.concatenate([normal.right, right]), normal, tangential, apart, tied)
+        return CoupledSystem(np.concatenate([normal.right, right]), normal, tangential, tied)
 
 
 @dataclass(frozen=True, eq=False)
 class CoupledSystem(System):
     """Newton's equations of both problems; `right` (1 + c, ny, nx).
 
-    `apart`: ones out of contact, (ny, nx); `tied`: the slip's direction times friction, which ties
-    tractions to pressures, (c, ny, nx).
+    `tied`: the slip's direction times friction, which ties tractions to pressures, (c, ny, nx).
     """
 
     normal: TangentialSystem
     tangential: TangentialSystem
-    apart: np.ndarray
     tied: np.ndarray
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
         normal = self.normal.rows(image[:1], step[:1])
         tangential = self.tangential.rows(image[1:], step[1:])
-        tangential = tangential + self.apart * step[1:] - self.tied * step[0]
-        return np.concatenate([normal, tangential])
+        return np.concatenate([normal, tangential - self.tied * step[0]])
 
     def border(self, component: int) -> np.ndarray:
         border = np.zeros(self.right.shape, np.float32)
@@ -141,8 +137,7 @@ class CoupledSystem(System):
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """Step of the pressures, then that of the tractions under them."""
         pressure = self.normal.precondition(right[:1])
-        right = right[1:] + self.tied * pressure[0]
-        tangential = self.tangential.precondition((1 - self.apart) * right) + self.apart * right
+        tangential = self.tangential.precondition(right[1:] + self.tied * pressure[0])
         return np.concatenate([pressure, tangential])
 
 
