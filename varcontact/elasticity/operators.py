@@ -191,12 +191,12 @@ class GridOperator:
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         return replace(self, table=self.table[np.ix_(rows, columns)])
 
-    @property
+    @lazy_property
     def smallest(self) -> float:
         """The smallest influence number."""
         return float(self.table.min())
 
-    @property
+    @lazy_property
     def largest(self) -> float:
         """The largest influence number; of a symmetric positive definite operator an element's
         influence on itself.
@@ -353,6 +353,9 @@ class RestrictedOperator:
     def apply(self, tractions: np.ndarray) -> np.ndarray:
         """Displacements (rows, n) by tractions (columns, n), as a product on the whole grid."""
         ny, nx = self.grid_operator.shape
+        if self.elements.size == ny * nx and self.softening is None:
+            whole = self.grid_operator.apply(tractions.reshape(-1, ny, nx))
+            return whole.reshape(-1, ny * nx)
         fields = np.zeros((tractions.shape[0], ny * nx))
         fields[:, self.elements] = tractions
         whole = self.grid_operator.apply(fields.reshape(-1, ny, nx))

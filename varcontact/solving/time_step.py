@@ -43,7 +43,7 @@ from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.on_grid import finish
-from varcontact.system.process import lazy_property, need
+from varcontact.system.process import changed, lazy_property, need
 
 INTERPOLATED = {WEAKENING}
 """Quantities of a start that particles need not bring along to another grid."""
@@ -235,7 +235,7 @@ class TimeStepping:
         """Step k, from 0, after the step before, or bodies without tractions; under a law by
         temperature `heated`.
         """
-        steps = replace(self.steps, stats=SolveStats(progress))
+        steps = changed(self.steps, stats=SolveStats(progress))
         with steps.stats.stage("carried"):
             scene, disc = self.problem(k, before, heated)
         solution = self._solved(scene, disc, before, steps)
@@ -248,13 +248,13 @@ class TimeStepping:
             if before is not None:
                 passed = motion.direction * motion.dq / self.disc.grid.sides[0]
                 memory = memory + moved(self._kept(motion, before), passed)
-            solution = replace(solution, carried={**solution.carried, "memory": memory})
+            solution = changed(solution, carried={**solution.carried, "memory": memory})
         fresh = {
             each.name: np.full(self._shape(each), each.fresh * each.scale(self.disc.scales))
             for each in self._carried
             if each.name not in solution.carried
         }
-        return replace(solution, carried={**solution.carried, **fresh})
+        return changed(solution, carried={**solution.carried, **fresh})
 
     def problem(
         self, k: int, before: Solution | None, heated: Sequence[Heat] = ()
@@ -404,10 +404,11 @@ class TimeStepping:
             exact = Certificate(
                 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3))
             )
-            state = replace(unloaded(disc.grid), approach=level)
-            return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats)
+            state = changed(unloaded(disc.grid), approach=level)
+            response = ContactResponse(disc, state)
+            return solution_of(scene, response, steps.plan, exact, True, steps.stats)
         if before is not None and self._keeps_pressure(scene, before):
-            state = replace(state, solved_by={"normal": before.solved_by["normal"]})
+            state = changed(state, solved_by={"normal": before.solved_by["normal"]})
         else:
             disc, state = _with_pressure(disc, state, steps, cells)
         state = contact(disc, steps, state)
@@ -423,7 +424,7 @@ class TimeStepping:
             long_step_warning(solution),
             *disc.interface.warnings(response, disc.surroundings),
         ]
-        return replace(solution, warnings=(*solution.warnings, *filter(None, sentences)))
+        return changed(solution, warnings=(*solution.warnings, *filter(None, sentences)))
 
 
 def _with_pressure(

@@ -26,7 +26,7 @@ from varcontact.solvers.interface import (
     ignored,
 )
 from varcontact.solvers.trace import Follower
-from varcontact.system.process import interruptible
+from varcontact.system.process import changed, interruptible
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200
@@ -469,7 +469,7 @@ def _descend(
         lowest = min(lowest, iterate.merit)
     solved = residual <= RESIDUAL_SOLVED
     status = "Solved" if solved else "MaxIterations"
-    return replace(best, iterations=count, status=status, solved=solved)
+    return changed(best, iterations=count, status=status, solved=solved)
 
 
 @dataclass(frozen=True, eq=False)

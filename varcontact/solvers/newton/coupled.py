@@ -12,7 +12,7 @@ the pressures, then, with the bounds that go with these, that of the tractions.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from varcontact.solvers.newton.globalisation import Conditions, Point
 from varcontact.solvers.newton.kernel import kernel, unit
 from varcontact.solvers.newton.normal import NormalConditions
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
+from varcontact.system.process import changed
 
 MAX_STEPS = 60
 """Newton steps: problems that take more are left to alternating solves."""
@@ -83,7 +84,7 @@ class CoupledConditions(Conditions):
     friction: np.ndarray
 
     def under(self, pressure: np.ndarray) -> TangentialConditions:
-        return replace(self.tangential, bound=self.friction * np.maximum(pressure, 0.0))
+        return changed(self.tangential, bound=self.friction * np.maximum(pressure, 0.0))
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
         pressure = np.maximum(trial[:1], 0.0)
