@@ -91,9 +91,8 @@ class Certificate:
         Level that was requested: everything; no bound on the forces; the residuals
         alone.
     bounds : ForceBounds or callable
-        The bounds on the forces, or what computes them. Newton's method without
-        a matrix and theories are faster than that: by default they are computed
-        after these when they are first asked for.
+        The bounds on the forces, or what computes them: by default they are
+        computed when they are first asked for.
     """
 
     gap: float

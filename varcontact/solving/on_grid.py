@@ -495,9 +495,8 @@ def _certified(response: ContactResponse, solver: ContactSolver) -> tuple[Certif
     of the certificate, which may tell why.
     """
     plan = solver.plan
-    # bounds take the dense matrix, and often longer than a method without it
-    without_matrix = plan.matrix_free("tangential") or plan.theory is not None
-    lazily = without_matrix and solver.certify == "auto"
+    # bounds often take longer than the solution, and are not always asked for
+    lazily = solver.certify == "auto"
     with solver.stats.stage("certificate"):
         certificate = certificate_of(response, plan.closed_form, solver.certify, lazily)
     residual = _residual_of_plan(plan, response.disc, response.state, certificate)
