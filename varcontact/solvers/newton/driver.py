@@ -45,7 +45,7 @@ REFINED_TOL_MIN = 1e-12
 REFINED_STEPS = 4
 """Newton steps of that refinement: a tenth of the time, which leaves hardly more than rounding."""
 GCR_TOL_MAX = 0.3
-GCR_TOL_MIN = 1e-3
+GCR_TOL_MIN = 1e-5
 """Relative residuals of the linear equations, at most and at least."""
 GCR_TOL_FACTOR = 10.0
 """Relative residual of the linear equations divided by that of the step before: Newton's method
@@ -229,11 +229,11 @@ def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[
     grids = [conditions]
     while grids[-1].coarsens:
         grids.append(grids[-1].coarser())
-    at = grids[-1].first()
+    at = balanced(grids[-1], grids[-1].first())
     steps = 0
     for coarse, fine in pairwise(reversed(grids)):
         at, _, coarse_steps = newton(coarse, at, COARSE_TOL, settings)
-        at = fine.refined(at, coarse)
+        at = balanced(fine, fine.refined(at, coarse))
         steps += coarse_steps
     return at, steps
 
@@ -296,7 +296,6 @@ def newton(
     """
     goal = _Goal(tol, refined_tol or tol, end=max_steps, residual=tol)
     forces = conditions.forces
-    at = balanced(conditions, at)
     now = measured(conditions, at)
     best = at
     least = np.inf
