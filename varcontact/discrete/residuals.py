@@ -178,8 +178,10 @@ def tangential_residual(
     with np.errstate(over="ignore", invalid="ignore"):
         own = problem.operator.diagonal
         image = problem.potential.projected(traction - shift / own, own)
-    size = worst(magnitude(traction).max(), magnitude(image).max())
-    residual = relative(float(magnitude(traction - image).max()), float(size))
+        fields = np.concatenate([traction, image, traction - image], axis=1)
+        *sizes, largest = magnitude(fields).reshape(3, -1).max(axis=1).tolist()
+    size = worst(*sizes)
+    residual = relative(largest, size)
     for i in problem.free:
         force = problem.force[i]
         assert force is not None

@@ -288,10 +288,15 @@ class RestrictedOperator:
 
     @lazy_property
     def _made(self) -> dict[str, Any]:
-        everywhere = self.elements.size == self.grid_operator.shape[0] * self.grid_operator.shape[1]
-        if everywhere:  # these have the whole matrix
+        if self._everywhere:  # these have the whole matrix
             return {}
         return self.grid_operator.made_for(self._places)
+
+    @lazy_property
+    def _everywhere(self) -> bool:
+        """True where the elements are all of the grid, in its order."""
+        ny, nx = self.grid_operator.shape
+        return np.array_equal(self.elements, np.arange(ny * nx))
 
     @property
     def _places(self) -> tuple[np.ndarray | None, ...]:
@@ -312,8 +317,7 @@ class RestrictedOperator:
 
     def _assembled(self) -> np.ndarray:
         operator = self.grid_operator
-        everywhere = self.elements.size == operator.shape[0] * operator.shape[1]
-        if everywhere and operator.whole is not None:
+        if self._everywhere and operator.whole is not None:
             matrix = operator.whole.copy()
         else:
             matrix = operator.dense(self.elements)
@@ -353,7 +357,7 @@ class RestrictedOperator:
     def apply(self, tractions: np.ndarray) -> np.ndarray:
         """Displacements (rows, n) by tractions (columns, n), as a product on the whole grid."""
         ny, nx = self.grid_operator.shape
-        if self.elements.size == ny * nx and self.softening is None:
+        if self._everywhere and self.softening is None:
             whole = self.grid_operator.apply(tractions.reshape(-1, ny, nx))
             return whole.reshape(-1, ny * nx)
         fields = np.zeros((tractions.shape[0], ny * nx))
