@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import varcontact as vc
 from varcontact import checks
 from varcontact.cli import options as opt
-from varcontact.cli.contact_files import compared
 from varcontact.cli.options import given
 from varcontact.cli.terminal import NOT_SOLVED, check_outputs, draw, fail, study
 from varcontact.errors import SceneError
@@ -36,7 +35,11 @@ def wheelrail(
     """Find contact patches, creepages and forces of a wheel on a rail, or of a wheel set, in mm, N
     and rad.
     """
-    if compared(case, options, as_json):
+    for_contact = opt.for_contact(options)
+    if any(for_contact.values()):
+        from varcontact.cli.contact_files import solve_all
+
+        solve_all(case, **for_contact, as_json=as_json)
         return
     from varcontact.study.csv_table import rows_as_json
     from varcontact.study.parallel import Execution
