@@ -24,11 +24,12 @@ from varcontact.discrete.residuals import (
     gap,
     normal_gap,
     normal_residual,
-    residual_on_grid,
+    outside_friction,
+    tangential_residual,
     worst,
 )
 from varcontact.discrete.state import ContactState, means, normal_as_solved
-from varcontact.discrete.stick_slip import with_implied_fields
+from varcontact.discrete.stick_slip import ContactResponse, with_implied_fields
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.html import in_rows, preformatted
 from varcontact.interfaces.potential import ROUNDING, magnitude, project
@@ -173,8 +174,7 @@ class Certificate:
 
 
 def certificate_of(
-    disc: Discretisation,
-    state: ContactState,
+    response: ContactResponse,
     closed_form: bool,
     level: str = "full",
     lazily: bool = False,
@@ -185,7 +185,8 @@ def certificate_of(
     without the normal one where the pressure is a closed form that is asked for. The `level` is one
     of `LEVELS`, or "auto"; `lazily` bounds on forces are left to when they are asked for.
     """
-    disc = with_implied_fields(disc, state)
+    state = response.state
+    disc = with_implied_fields(response.disc, state)
     normal, pressure, approach = normal_as_solved(
         disc, state.pressure, state.approach, state.traction
     )
@@ -195,7 +196,10 @@ def certificate_of(
     if level == "auto":
         level = _default_level(disc, tangential)
     # normal problem, under the final tractions
-    elastic = normal.operator.apply(pressure[None])[0]
+    if disc.subgrid is None:
+        elastic = response.distance_by_pressure.ravel()
+    else:
+        elastic = normal.operator.apply(pressure[None])[0]
     normal_error = normal_residual(normal, pressure, approach, elastic)
     absolute = relative_gap = normal_relative = np.nan
     if level != "none":
@@ -205,7 +209,14 @@ def certificate_of(
     if tangential is None:
         tangential_error = float(np.any(state.traction))  # no friction can carry it: all is error
     else:
-        tangential_error = residual_on_grid(tangential, state)
+        tangential_error = outside_friction(tangential, state)
+    if tangential is not None and tangential.size > 0:
+        tractions, shifts = tangential.of_grid(state.traction, state.rigid)
+        shift = None
+        if tangential_error == 0:
+            shift = tangential.shift_on_grid(response.shift_by_traction, tractions, shifts)
+        own_error = tangential_residual(tangential, tractions, shifts, shift)
+        tangential_error = worst(tangential_error, own_error)
     residual = worst(tangential_error, normal_error)
     if tangential is not None and tangential.size > 0:
         coupling_error = coupling_residual(disc, normal, tangential, state, approach)
@@ -213,8 +224,10 @@ def certificate_of(
         if closed_form:
             residual = tangential_error
         if level != "none":
-            tractions, shifts = tangential.of_grid(state.traction, state.rigid)
-            absolute, relative_gap = gap(tangential, project(tractions, tangential.bound), shifts)
+            admissible = project(tractions, tangential.bound)
+            if not np.array_equal(admissible, tractions):
+                shift = None
+            absolute, relative_gap = gap(tangential, admissible, shifts, shift)
     # bounds on the forces
     bounds: ForceBounds | Callable[[], ForceBounds] = NO_BOUNDS
     if level == "full":

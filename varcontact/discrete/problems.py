@@ -130,6 +130,15 @@ class TangentialProblem:
         """Local shift E = W + M p of tractions (c, n), with the unknown part (c,) of W."""
         return self.operator.apply(traction) + self.rigid_shift + rigid[:, None]
 
+    def shift_on_grid(
+        self, elastic: np.ndarray, traction: np.ndarray, rigid: np.ndarray
+    ) -> np.ndarray:
+        """Local shift E as of `shift`, from the displacements (2, ny, nx) by these tractions."""
+        product = elastic.reshape(2, -1)[list(self.directions)][:, self.operator.elements]
+        if self.operator.softening is not None:
+            product = product + self.operator.softening * traction
+        return product + self.rigid_shift + rigid[:, None]
+
     def of_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tractions (c, n) and rigid shifts (c,) of the problem, from those (2, ny, nx) and (2,) of
         the grid.

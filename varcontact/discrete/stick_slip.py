@@ -21,7 +21,7 @@ AT_BOUND_TOL = 1e-8
 """Relative distance beyond the bound from which a trial traction slips."""
 
 
-def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
+def _shift_and_areas(response: ContactResponse) -> tuple[np.ndarray, np.ndarray]:
     """Shift by slip in the contact, (2, ny, nx), dimensionless, and 0, 1, 2, 3 for exterior, stick,
     slip, plastic.
 
@@ -29,7 +29,9 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
     traction is at the bound and slip opposes it. The slip is the local shift E, less what flows
     between the bodies.
     """
-    shift = local_shift(disc, state)
+    disc = response.disc
+    state = response.state
+    shift = response.shift
     contact = state.pressure > 0
     areas = contact.astype(np.int8)
     if disc.loading.motion is None:
@@ -77,24 +79,38 @@ class ContactResponse:
         return self.state.fields
 
     @lazy_property
+    def distance_by_pressure(self) -> np.ndarray:
+        """A_zz p, (ny, nx)."""
+        return self.disc.operators.normal.apply(self.pressure[None])[0]
+
+    @lazy_property
+    def shift_by_traction(self) -> np.ndarray:
+        """M p, (2, ny, nx), without edge compliance."""
+        return self.disc.tangential_operator.apply(self.traction)
+
+    @lazy_property
     def shift(self) -> np.ndarray:
-        return local_shift(self.disc, self.state)
+        return _local_shift(self)
 
     @lazy_property
     def _slip_and_areas(self) -> tuple[np.ndarray, np.ndarray]:
-        return shift_and_areas(self.disc, self.state)
+        return _shift_and_areas(self)
 
     @property
     def slip_shift(self) -> np.ndarray:
         return self._slip_and_areas[0]
 
     @property
+    def areas(self) -> np.ndarray:
+        return self._slip_and_areas[1]
+
+    @property
     def slips(self) -> np.ndarray:
-        return np.asarray(self._slip_and_areas[1] == SLIP)
+        return np.asarray(self.areas == SLIP)
 
     @property
     def sticks(self) -> np.ndarray:
-        return np.asarray(self._slip_and_areas[1] == STICK)
+        return np.asarray(self.areas == STICK)
 
     @lazy_property
     def slip(self) -> np.ndarray:
@@ -102,7 +118,7 @@ class ContactResponse:
 
     @lazy_property
     def flowed(self) -> np.ndarray:
-        flow = flow_of(self.disc, self.state, self.shift, self._slip_and_areas[1])
+        flow = flow_of(self.disc, self.state, self.shift, self.areas)
         if flow is None:
             return np.zeros_like(self.shift)
         return flow
@@ -121,7 +137,7 @@ class ContactResponse:
 
     def work(self) -> np.ndarray:
         """Work lost by friction in the step, by area."""
-        return friction_work(self.disc, self.state, self.slip_shift)
+        return _friction_work(self)
 
     def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
         """Shift by tractions."""
@@ -164,20 +180,17 @@ def flow_of(
     return flow.shift(state.traction)
 
 
-def left_fields(disc: Discretisation, state: ContactState) -> Fields:
-    """Quantities of the particles at the end of a step, dimensionless, by their names."""
-    return disc.interface.leave(ContactResponse(disc, state), disc.surroundings)
-
-
-def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
+def _local_shift(response: ContactResponse) -> np.ndarray:
     """Local shift E in the contact, (2, ny, nx), dimensionless."""
+    disc = response.disc
+    state = response.state
     contact = state.pressure > 0
     shift = np.zeros((2, *contact.shape))
     if disc.loading.motion is None:
         return shift
     shift[:] = disc.known_shift + state.rigid[:, None, None]
     if not disc.frictionless:
-        shift += disc.tangential_operator.apply(state.traction)
+        shift += response.shift_by_traction
         if disc.edge_compliance is not None:
             shift += disc.edge_compliance * state.traction
     if disc.K != 0:
@@ -186,7 +199,7 @@ def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
     return shift
 
 
-def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
+def _friction_work(response: ContactResponse) -> np.ndarray:
     """Work that the tractions p of a state lose by friction in a step, per area, (ny, nx),
     dimensionless.
 
@@ -194,19 +207,23 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     particles there at the end of the step, p' and E' of those at its beginning, with spin in the
     middle of their paths. The sum is the work put in less the elastic energy stored.
     """
+    disc = response.disc
+    state = response.state
     motion = disc.loading.motion
     traction = state.traction
     if motion is None or motion.rolls == 0 or disc.frictionless:
+        shift = response.slip_shift
         if disc.interface.flows:
-            shift = local_shift(disc, state)
+            shift = response.shift
         return np.asarray(0.0 - np.sum(traction * shift, axis=0))
     assert disc.step is not None
     rolled = motion.rolls * disc.step
     # elastic part of E and E', and the tractions p'
     fields = traction
+    elastic_end = response.shift_by_traction
     if disc.K != 0:
         fields = np.concatenate([traction, state.pressure[None]])
-    elastic_end = _elastic_shift(disc, fields)
+        elastic_end = elastic_end + disc.pressure_to_shift.apply(state.pressure[None])
     if disc.transport.repeats or not disc.operators.medium.reciprocal:
         traction_start = traction
     else:

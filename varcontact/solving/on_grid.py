@@ -19,7 +19,7 @@ from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState, unloaded
-from varcontact.discrete.stick_slip import unit_slip, with_implied_fields
+from varcontact.discrete.stick_slip import ContactResponse, unit_slip, with_implied_fields
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
@@ -474,17 +474,17 @@ def finish(
     contact_grid.check_loads(scene, disc.grid, state.pressure > 0, "contact")
     if plan.has_friction:
         disc = with_implied_fields(disc, state, by_slip=True)
+    response = ContactResponse(disc, state)
 
-    certificate, residual = _certified(disc, state, solver)
+    certificate, residual = _certified(response, solver)
 
     # the solution in physical units
     if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         plan = _with_reasons_of(state, plan)
     solution = solution_of(
         scene,
-        disc,
+        response,
         plan,
-        state,
         certificate,
         residual <= solver.tol,
         solver.stats,
@@ -496,9 +496,7 @@ def finish(
     return solution
 
 
-def _certified(
-    disc: Discretisation, state: ContactState, solver: ContactSolver
-) -> tuple[Certificate, float]:
+def _certified(response: ContactResponse, solver: ContactSolver) -> tuple[Certificate, float]:
     """The certificate, and the residual of the plan's problems; where that misses the tolerance all
     of the certificate, which may tell why.
     """
@@ -507,10 +505,10 @@ def _certified(
     without_matrix = plan.matrix_free("tangential") or plan.theory is not None
     lazily = without_matrix and solver.certify == "auto"
     with solver.stats.stage("certificate"):
-        certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
-    residual = _residual_of_plan(plan, disc, state, certificate)
+        certificate = certificate_of(response, plan.closed_form, solver.certify, lazily)
+    residual = _residual_of_plan(plan, response.disc, response.state, certificate)
     if residual > solver.tol and certificate.level != "full" and solver.certify == "auto":
-        certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
+        certificate = certificate_of(response, plan.closed_form, "full", lazily)
     if not plan.has_moment:
         certificate = certificate.without_moment()
     return certificate, residual

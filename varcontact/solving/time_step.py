@@ -405,7 +405,8 @@ class TimeStepping:
                 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3))
             )
             state = replace(unloaded(disc.grid), approach=level)
-            return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats)
+            response = ContactResponse(disc, state)
+            return solution_of(scene, response, steps.plan, exact, True, steps.stats)
         if before is not None and self._keeps_pressure(scene, before):
             state = replace(state, solved_by={"normal": before.solved_by["normal"]})
         else:
