@@ -244,7 +244,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         """True where the bodies meet on a curved surface, see `SampledDistance`."""
         return is_curved(self.surface)
 
-    @property
+    @lazy_property
     def coupled(self) -> bool:
         """True where pressure and tractions depend on each other: of unlike bodies, in conformal
         contact, and beside a part of one body alone that is held.
@@ -510,7 +510,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             return list(self.motion.surface)
         return [self.surface]
 
-    @property
+    @lazy_property
     def frictionless(self) -> bool:
         """True where no tangential traction can arise."""
         return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self.frictions)
