@@ -24,6 +24,7 @@ from varcontact.discrete.residuals import (
     gap,
     normal_gap,
     normal_residual,
+    outside_friction,
     residual_on_grid,
     worst,
 )
@@ -208,7 +209,9 @@ def certificate_of(
     if tangential is None:
         tangential_error = float(np.any(state.traction))  # no friction can carry it: all is error
     else:
-        shift = tangential.of_grid(response.shift, state.rigid)[0]
+        shift = None
+        if outside_friction(tangential, state) == 0:
+            shift = tangential.of_grid(response.shift, state.rigid)[0]
         tangential_error = residual_on_grid(tangential, state, shift)
     residual = worst(tangential_error, normal_error)
     if tangential is not None and tangential.size > 0:
@@ -236,8 +239,12 @@ def certificate_of(
     )
 
 
-def _gap(problem: TangentialProblem, state: ContactState, shift: np.ndarray) -> tuple[float, float]:
-    """The duality gap of a state with the shift E (c, n), for tractions within the bound."""
+def _gap(
+    problem: TangentialProblem, state: ContactState, shift: np.ndarray | None
+) -> tuple[float, float]:
+    """The duality gap of a state, for tractions within the bound; with its E (c, n) where that is
+    known.
+    """
     tractions, rigid = problem.of_grid(state.traction, state.rigid)
     if np.all(magnitude(tractions) <= (1 + ROUNDING) * problem.bound):
         return gap(problem, tractions, rigid, shift)

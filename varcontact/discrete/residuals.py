@@ -50,12 +50,19 @@ def residual_on_grid(
     """Residual of the tangential problem, in which tractions where no friction can carry them are
     all error; with its E (c, n) where that is known.
     """
-    size = magnitude(state.traction.reshape(2, -1))
-    error = relative(np.delete(size, problem.operator.elements).max(initial=0.0), float(size.max()))
+    error = outside_friction(problem, state)
     if problem.size:
         tractions, shifts = problem.of_grid(state.traction, state.rigid)
         error = worst(error, tangential_residual(problem, tractions, shifts, shift))
     return error
+
+
+def outside_friction(problem: TangentialProblem, state: ContactState) -> float:
+    """The largest traction where no friction can carry one, relative to the largest of all."""
+    size = magnitude(state.traction.reshape(2, -1))
+    largest = float(size.max())
+    size[problem.operator.elements] = 0.0
+    return relative(float(size.max()), largest)
 
 
 def coupling_residual(

@@ -191,6 +191,10 @@ class GridOperator:
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         return replace(self, table=self.table[np.ix_(rows, columns)])
 
+    def couples(self, row: int, column: int) -> bool:
+        """True where tractions along a direction (`column`) move anything along another (`row`)."""
+        return bool(self.table[row, column].any())
+
     @lazy_property
     def smallest(self) -> float:
         """The smallest influence number."""

@@ -272,7 +272,7 @@ def solve(
         answer = solve_transient(solved, options)
     else:
         answer = solve_on_grid(solved, options)
-    if isinstance(answer, Solution):
+    if isinstance(answer, Solution) and scene.doubts:
         answer = replace(answer, warnings=(*scene.doubts, *answer.warnings))
     if swings:
         from varcontact.results.frequency import harmonic_solution
