@@ -13,6 +13,7 @@ from scipy.special import elliprd, elliprf, elliprg
 import varcontact as vc
 from tests.scenes import refusals
 from varcontact.reference import cattaneo_mindlin, elliptic_integrals, hertz, hertz_ellipse
+from varcontact.reference.hertz import complete_integral
 
 STEEL = vc.Bodies(G=82e9, nu=0.28)
 
@@ -254,3 +255,7 @@ def test_shift_is_the_displacement_in_the_middle():
 def test_saturated():
     with pytest.raises(vc.Saturated, match=r"0\.04"):
         cattaneo_mindlin(PRESSED, ALIKE, 0.4, 0.05)
+
+
+def test_integrals_of_no_number_end():
+    assert np.isnan(complete_integral(np.nan, 1.0, 1.0))

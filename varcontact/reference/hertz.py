@@ -113,18 +113,18 @@ def complete_integral(
     e = q
     mean = 1.0
     p = 1.0
-    while True:
+    difference = 1.0
+    while difference > ROOT_EPS:
         g = e / p
         last = a
         a = last + b / p
         b = 2 * (b + last * g)
         p = p + g
-        before = mean
+        difference = np.max(np.abs(mean - q) / mean)
         mean = mean + q
-        if np.max(np.abs(before - q) / before) <= ROOT_EPS:
-            return np.pi / 2 * (b + a * mean) / (mean * (mean + p))
         q = 2 * np.sqrt(e)
         e = q * mean
+    return np.pi / 2 * (b + a * mean) / (mean * (mean + p))
 
 
 @dataclass(frozen=True)
