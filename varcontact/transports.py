@@ -141,9 +141,13 @@ def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0)
     whole = math.floor(columns)
     first = nx + 1 + whole
     padded = np.empty((*field.shape[:-1], 3 * nx + 3), field.dtype)
-    padded[..., : nx + 1] = field[..., :1] if beyond is None else beyond
     padded[..., nx + 1 : 2 * nx + 1] = field
-    padded[..., 2 * nx + 1 :] = field[..., -1:] if beyond is None else beyond
+    if beyond is None:
+        padded[..., : nx + 1] = field[..., :1]
+        padded[..., 2 * nx + 1 :] = field[..., -1:]
+    else:
+        padded[..., : nx + 1] = beyond
+        padded[..., 2 * nx + 1 :] = beyond
     near = padded[..., first : first + nx]
     if columns == whole:
         return near

@@ -35,7 +35,7 @@ BODIES = {
 NORMAL = ("norm", "newton", "splitting", "osqp")
 TANGENTIAL = ("tang-exact", "newton", "splitting", "scs")
 METHODS = ("convex", "conic", "active-set", "kalker")
-COUPLINGS = ("panagiotopoulos", "joint", "newton", "splitting")
+COUPLINGS = ("panagiotopoulos", "joint", "newton", "splitting", "active-set")
 
 
 @pytest.fixture(scope="module", params=BODIES)

@@ -13,7 +13,7 @@ from varcontact.data.benchmark_scenes import unlike_bank
 from varcontact.solving.options import TOLERANCE
 
 SOLVERS = {"convex": {"splitting"}, "conic": {"clarabel", "splitting"}}
-ACTIVE = {"norm", "tang-safeguarded", "tang", "splitting"}
+ACTIVE = {"norm", "tang-safeguarded", "tang", "splitting", "active-set"}
 UNLIKE = unlike_bank(cells=6)
 CELLS = vc.Grid(nx=8, ny=8)
 

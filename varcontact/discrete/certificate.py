@@ -209,9 +209,7 @@ def certificate_of(
     if tangential is None:
         tangential_error = float(np.any(state.traction))  # no friction can carry it: all is error
     else:
-        shift = None
-        if outside_friction(tangential, state) == 0:
-            shift = tangential.of_grid(response.shift, state.rigid)[0]
+        shift = _shift(tangential, response)
         tangential_error = residual_on_grid(tangential, state, shift)
     residual = worst(tangential_error, normal_error)
     if tangential is not None and tangential.size > 0:
@@ -224,9 +222,10 @@ def certificate_of(
     # bounds on the forces
     bounds: ForceBounds | Callable[[], ForceBounds] = NO_BOUNDS
     if level == "full":
-        bounds = partial(_force_bounds, disc, state, tangential, closed_form)
-        if not lazily:
-            bounds = bounds()
+        if lazily:
+            bounds = partial(_force_bounds, disc.without_matrices(), state, closed_form)
+        else:
+            bounds = _force_bounds(disc, state, closed_form)
     return Certificate(
         gap=absolute * disc.scales.force * disc.scales.displacement,
         relative_gap=relative_gap,
@@ -237,6 +236,13 @@ def certificate_of(
         level=level,
         bounds=bounds,
     )
+
+
+def _shift(problem: TangentialProblem, response: ContactResponse) -> np.ndarray | None:
+    """The shift E (c, n) of a response; None where it is that of tractions beyond friction, too."""
+    if outside_friction(problem, response.state) != 0:
+        return None
+    return problem.of_grid(response.shift, response.state.rigid)[0]
 
 
 def _gap(
@@ -263,15 +269,12 @@ def _default_level(disc: Discretisation, tangential: TangentialProblem | None) -
 
 
 @one_blas_thread()
-def _force_bounds(
-    disc: Discretisation,
-    state: ContactState,
-    tangential: TangentialProblem | None,
-    closed_form: bool,
-) -> ForceBounds:
+def _force_bounds(disc: Discretisation, state: ContactState, closed_form: bool) -> ForceBounds:
     scales = disc.scales.force * np.array([1.0, 1.0, disc.scales.length])
+    tangential = None
     elements = np.zeros(0, dtype=int)
-    if tangential is not None:
+    if not disc.frictionless:
+        tangential = disc.tangential_problem(state.pressure, acting=state.traction)
         elements = tangential.operator.elements
     # tractions where no friction can carry them: all error
     px, py = np.delete(state.traction.reshape(2, -1), elements, axis=1)

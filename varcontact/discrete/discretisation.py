@@ -347,6 +347,13 @@ class Discretisation:
             return distance
         return distance + beside.distance(grid)
 
+    def without_matrices(self) -> Discretisation:
+        """The same without matrices that solvers assembled: to be kept after a solve."""
+        subgrid = self.subgrid
+        if subgrid is not None:
+            subgrid = changed(subgrid, disc=subgrid.disc.without_matrices())
+        return changed(self, operators=self.operators.without_matrices(), subgrid=subgrid)
+
     def with_loading(self, **changes: Any) -> Discretisation:
         """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient`
         and so on.

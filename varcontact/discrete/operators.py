@@ -4,7 +4,7 @@ asked for.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from varcontact.elasticity.operators import GridOperator, Medium
@@ -72,6 +72,11 @@ class Operators:
     def every(self) -> GridOperator:
         """All displacements by all tractions."""
         return self._table("xyz", "xyz")
+
+    def without_matrices(self) -> Operators:
+        """The same tables, without what was assembled of them: to be kept after a solve."""
+        tables = {key: replace(each) for key, each in self._tables.items()}
+        return Operators(self.lattice, self.medium, tables)
 
     def of(self, medium: Medium, lattice: Grid | None = None) -> Operators:
         """Operators of another medium, a part of this one, on this lattice; or on another one."""

@@ -217,7 +217,9 @@ def _friction_work(response: ContactResponse) -> np.ndarray:
     motion = disc.loading.motion
     traction = response.traction
     if motion is None or motion.rolls == 0 or disc.frictionless:
-        shift = response.shift if disc.interface.flows else response.slip_shift
+        shift = response.slip_shift
+        if disc.interface.flows:
+            shift = response.shift
         return np.asarray(0.0 - np.sum(traction * shift, axis=0))
     assert disc.step is not None
     rolled = motion.rolls * disc.step

@@ -29,7 +29,7 @@ ACTIVE_SETS: dict[Kind, str] = {"normal": "norm", "tangential": "tang-safeguarde
 POLISHED_TOL = 1e-9
 """Residual at which a polished answer is not improved any more."""
 
-AT_ONCE = ("newton", "splitting")
+AT_ONCE = ("newton", "splitting", "active-set")
 """Couplings in which one solver finds pressure and tractions together."""
 
 Begin = Literal["given", "only given", "last", "best", "none"]
@@ -175,7 +175,7 @@ class Plan(Reported):
         "no-slip" where it is linear.
     coupling : str
         "none" for quasi-identical bodies and without friction, else "johnson",
-        "panagiotopoulos", "joint", "newton" or "splitting".
+        "panagiotopoulos", "joint", "newton", "splitting" or "active-set".
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or
         "marching"; "none" without one.

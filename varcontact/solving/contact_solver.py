@@ -415,7 +415,11 @@ def _coupled(
     if plan.at_once:
         if not np.any(start.traction):
             state = solver.traction(disc, state)
-        spec = registry.solver("tangential", plan.coupling)
+            if plan.coupling == "active-set":  # a pass, which brings it near the areas
+                state = solver.traction(disc, solver.pressure(disc, state))
+        spec = None
+        if plan.coupling != "active-set":
+            spec = registry.solver("tangential", plan.coupling)
         check_memory("coupled", spec, "none", 3 * disc.grid.size)
         settings = Settings(tol, stats=solver.stats, deadline=solver.deadline)
         with solver.stats.stage("both"):

@@ -305,6 +305,10 @@ def _solver_of_both(name: str) -> Callable[..., RawSolution]:
         from varcontact.solvers.newton.coupled import newton_coupled
 
         return newton_coupled
+    if name == "active-set":
+        from varcontact.solvers.active_set.coupled import active_set_coupled
+
+        return active_set_coupled
     from varcontact.solvers.splitting.coupled import splitting_coupled
 
     return splitting_coupled

@@ -12,7 +12,9 @@ from varcontact.solvers import registry
 from varcontact.solving.own_solvers import solver_name
 from varcontact.theories.on_grid import THEORIES
 
-CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton", "splitting"]
+CouplingName = Literal[
+    "auto", "johnson", "panagiotopoulos", "joint", "newton", "splitting", "active-set"
+]
 """Loops around both problems."""
 FormulationName = Literal["auto", "complementary", "potential", "gap", "marching"]
 """Formulations of the programs."""
@@ -84,7 +86,7 @@ class Methods(
     normal, tangential : str
         Solvers of the two problems, or a theory, see docs/methods.md; or a function, as
         `register_solver` takes it, which becomes its name.
-    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton", "splitting"}
+    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton", "splitting", "active-set"}
         Coupling of the two problems where the bodies differ.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
         The programs.

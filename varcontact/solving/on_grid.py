@@ -33,7 +33,7 @@ from varcontact.solving.contact_solver import ContactSolver, as_held, contact, w
 from varcontact.solving.coupling import PASSES_MAX
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
-from varcontact.system.process import lazy_property
+from varcontact.system.process import changed, lazy_property
 
 PLACE_TOL = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of
@@ -249,6 +249,10 @@ def _without_tractions(
     state = unloaded(disc.grid)
     if initial_guess is not None:
         state = _on(initial_guess, disc)
+    elif disc.hertz is not None and solver.plan.coupling == "active-set":
+        # the contact area of half-spaces as soft
+        pressure = disc.hertz.on_elements(disc.grid) / disc.scales.pressure
+        state = changed(state, pressure=pressure)
     if solver.plan.cells(scene) == (1, 1):
         state = solver.pressure(disc, state)
     else:

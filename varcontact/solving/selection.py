@@ -11,7 +11,7 @@ from varcontact.checks import kind
 from varcontact.discrete.contact_grid import PotentialContact, check_loads
 from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
-from varcontact.results.plan import AT_ONCE, Plan
+from varcontact.results.plan import ACTIVE_SETS, AT_ONCE, Plan
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import why_centres
 from varcontact.scene.friction import FrictionBound
@@ -213,6 +213,8 @@ def _preset(scene: Scene, requested: Methods) -> Preset:
         return NEWTON
     if requested.coupling == "splitting":
         return PRESETS["convex"]
+    if requested.coupling == "active-set":
+        return PRESETS["active-set"]
     if scene.hardens and not scene.coupled:
         return NEWTON_TRACTIONS  # others take many passes over the yield stress
     return _preset_by_size(scene, requested)
@@ -325,22 +327,18 @@ def _coupling(scene: Scene, requested: Methods, plan: Plan) -> tuple[str, str]:
     if coupling == "joint":
         together = "pressure and tractions together, with only the traction bound fixed in a pass"
         return coupling, f"requested: {together}"
-    both = plan.tangential
-    if (
-        coupling == "auto"
-        and both in AT_ONCE
-        and not _why_not_at_once(both, scene, requested, plan)
-    ):
-        coupling = both
+    if coupling == "auto":
+        fitting = [name for name in AT_ONCE if not _why_not_at_once(name, scene, requested, plan)]
+        coupling = next(iter(fitting), coupling)
     if coupling in AT_ONCE:
         together = "pressure and tractions together; falls back to alternating passes"
         return coupling, f"{unlike}: {together}"
     return "panagiotopoulos", f"{unlike}: alternating normal and tangential problems"
 
 
-def _why_not_at_once(solver: str, scene: Scene, requested: Methods, plan: Plan) -> str:
-    """Why "newton" or "splitting" is not for pressure and tractions together; nothing where it
-    is.
+def _why_not_at_once(coupling: str, scene: Scene, requested: Methods, plan: Plan) -> str:
+    """Why "newton", "splitting" or "active-set" is not for pressure and tractions together; nothing
+    where it is.
     """
     if scene.no_slip:
         return "infinite friction has no traction bound that follows the pressure"
@@ -350,10 +348,16 @@ def _why_not_at_once(solver: str, scene: Scene, requested: Methods, plan: Plan) 
         return "the yield stress of a third body does not follow the pressure"
     if requested.formulation == "marching" and isinstance(scene.motion, Steady):
         return "a march solves its steps in turn"
+    needed = {"normal": coupling, "tangential": coupling}
+    if coupling == "active-set":
+        needed = {problem: ACTIVE_SETS[problem] for problem in ("normal", "tangential")}
     solvers = {"normal": plan.normal, "tangential": plan.tangential}
-    others = [f'{problem} = "{name}"' for problem, name in solvers.items() if name != solver]
+    others = [
+        f'{problem} = "{name}"' for problem, name in solvers.items() if name != needed[problem]
+    ]
     if others:
-        return f'it needs "{solver}" for both problems, not {" and ".join(others)}'
+        names = " and ".join(f'"{name}"' for name in dict.fromkeys(needed.values()))
+        return f"it needs {names} for both problems, not {' and '.join(others)}"
     return ""
 
 

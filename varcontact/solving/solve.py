@@ -104,12 +104,13 @@ def solve(
         approximate theory: "fastsim", "fastsim-elliptic" (in time, too),
         "linear", "vermeulen-johnson"; or "table", exact forces interpolated; or
         a solver of your own, as for `normal`.
-    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton", "splitting"}
+    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton", "splitting", "active-set"}
         Coupling of the normal and the tangential problem where the bodies
         differ (K != 0). "johnson": one pass; "panagiotopoulos": both problems
         in turn; "joint": pressure and tractions together with only the traction
         bound fixed; "newton", "splitting": both at once by that method, without
-        a matrix, and in turn where it fails.
+        a matrix; "active-set": at once on their areas, by dense matrices; and
+        in turn where these fail.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
         The programs: by complementary energy (215), by potential energy (214),
         by the duality gap; or, in steady rolling, transient steps until nothing

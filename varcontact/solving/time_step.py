@@ -497,7 +497,8 @@ def initial_state(
     in_rolling = motion.rolls and getattr(was, "rolls", 0)
     traction = before.traction
     creepage = np.nan_to_num(before.creepage[:2])
-    if in_rolling and earlier is not None and getattr(earlier.scene.motion, "rolls", 0):
+    if motion.rolls and _rolled_in_contact(before) and _rolled_in_contact(earlier):
+        assert earlier is not None
         traction = 2 * traction - earlier.traction
         creepage = 2 * creepage - np.nan_to_num(earlier.creepage[:2])
     traction = traction / scales.pressure
@@ -510,6 +511,13 @@ def initial_state(
     if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
         traction = np.zeros_like(traction)
     return ContactState(before.pressure / scales.pressure, approach, traction, rigid)
+
+
+def _rolled_in_contact(step: Solution | None) -> bool:
+    """True of a step in rolling with a contact."""
+    if step is None or not getattr(step.scene.motion, "rolls", 0):
+        return False
+    return bool(step.pressure.any())
 
 
 def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1)) -> bool:

@@ -116,6 +116,7 @@ def test_every_solver(name, motion):
     [
         (("osqp", "osqp"), "johnson"),
         (("norm", "tang-safeguarded"), "panagiotopoulos"),
+        (("norm", "tang-safeguarded"), "active-set"),
         (("clarabel", "clarabel"), "panagiotopoulos"),
         (("clarabel", "clarabel"), "joint"),
     ],

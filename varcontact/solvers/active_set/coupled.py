@@ -1,0 +1,276 @@
+"""Newton's method for pressure and tractions of unlike bodies together, on their areas, by dense
+matrices: as of `solvers.newton.coupled`, for few elements.
+
+On given areas the deformed distance is zero in contact, the local shift where it sticks, and along
+the traction where it slips; tractions that slip are ``f p`` in their direction. Unknowns: the
+pressures in contact, the components of the traction where it sticks, its direction where it slips,
+the approach and the rigid shifts whose forces are prescribed. In line contact the equations are
+linear, and one step on the right areas is exact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact.discrete.problems import RawSolution
+from varcontact.interfaces.potential import magnitude, project
+from varcontact.solvers.interface import Settings, check_time
+from varcontact.solvers.newton.coupled import CoupledProblem
+from varcontact.system.process import lazy_property
+
+MAX_STEPS = 15
+"""Newton steps: problems that take more are left to alternating solves."""
+STEP_PARTS = (1.0, 0.5, 0.25, 0.1)
+"""Parts of a Newton step that the line search tries in turn."""
+MAX_IDLE_STEPS = 5
+"""Newton steps without a smaller residual after which it ends."""
+JUDGED_BELOW = 1e-6
+"""Residual of an iterate below which the answer is judged."""
+
+
+def active_set_coupled(
+    problem: CoupledProblem,
+    settings: Settings,
+    start: RawSolution,
+    residual: Callable[[RawSolution], float],
+) -> RawSolution:
+    """Solve for pressure and tractions together by Newton steps with the areas renewed after each.
+
+    Start, answer and `residual` are those of `newton_coupled`.
+    """
+    fields = start.traction.reshape(len(start.traction), -1)
+    iterate = _Iterate.of(problem, fields, start.rigid)
+    best = iterate
+    count = 0
+    idle = 0
+    while count < MAX_STEPS and idle < MAX_IDLE_STEPS:
+        check_time(settings.deadline)
+        count += 1
+        after = _line_search(iterate, _Areas.of(iterate))
+        if after is None:
+            break
+        iterate = after
+        idle += 1
+        if iterate.merit < best.merit:
+            best = iterate
+            idle = 0
+        if iterate.merit <= JUDGED_BELOW:
+            answer = iterate.answer(count, "Solved", True)
+            if residual(answer) <= settings.tol:
+                return answer
+    return best.answer(count, "MaxIterations", False)
+
+
+@dataclass(frozen=True, eq=False)
+class _Iterate:
+    """Pressure and tractions (1 + c, n), their shift, the trial fields ``p - E/rho`` of the natural
+    map, and its residual relative to the largest pressure and the largest bound.
+    """
+
+    problem: CoupledProblem
+    fields: np.ndarray
+    rigid: np.ndarray
+    shift: np.ndarray
+    trial: np.ndarray
+    merit: float
+
+    @classmethod
+    def of(cls, problem: CoupledProblem, fields: np.ndarray, rigid: np.ndarray) -> _Iterate:
+        shape = problem.distance.shape
+        shift = problem.shift(fields.reshape(-1, *shape)).reshape(fields.shape) + rigid[:, None]
+        weights = np.full((len(fields), 1), _row_size(problem))
+        weights[0] = problem.blocks[0].on(np.arange(1)).diagonal
+        trial = fields - shift / weights
+        pressure = np.maximum(trial[0], 0.0)
+        bound = problem.friction.ravel() * pressure
+        error = fields - np.concatenate([pressure[None], project(trial[1:], bound)])
+        scales = np.full((len(fields), 1), float(bound.max()) or 1.0)
+        scales[0] = float(pressure.max()) or 1.0
+        return cls(problem, fields, rigid, shift, trial, float(np.abs(error / scales).max()))
+
+    def answer(self, count: int, status: str, solved: bool) -> RawSolution:
+        pressure = np.maximum(self.fields[0], 0.0)
+        traction = project(self.fields[1:], self.problem.friction.ravel() * pressure)
+        fields = np.concatenate([pressure[None], traction])
+        shape = self.problem.distance.shape
+        return RawSolution(fields.reshape(-1, *shape), self.rigid, count, status, solved)
+
+
+def _row_size(problem: CoupledProblem) -> float:
+    """Euclidean length of a row of the tangential block: the weight of TANG's natural map."""
+    table = problem.blocks[1].table
+    return math.sqrt(float(np.sum(table**2)) / len(table))
+
+
+@dataclass(frozen=True, eq=False)
+class _Areas:
+    """The fields (1 + c, n) of an iterate on its areas: places of m elements in contact, those of
+    them that stick, and those that slip, with unit vectors along their tractions (c, s).
+
+    `turning`: those that slip, where there are two components; else none.
+    """
+
+    problem: CoupledProblem
+    fields: np.ndarray
+    rigid: np.ndarray
+    contact: np.ndarray
+    stick: np.ndarray
+    slip: np.ndarray
+    turning: np.ndarray
+    along: np.ndarray
+
+    @classmethod
+    def of(cls, iterate: _Iterate) -> _Areas:
+        problem = iterate.problem
+        trial = iterate.trial
+        contact = np.flatnonzero(trial[0] > 0)
+        friction = problem.friction.ravel()[contact]
+        size = magnitude(trial[1:, contact])
+        slips = size > friction * trial[0, contact]
+        slip = np.flatnonzero(slips)
+        along = trial[1:, contact[slip]] / size[slip]
+        fields = np.zeros_like(iterate.fields)
+        fields[:, contact] = iterate.fields[:, contact]
+        fields[1:, contact[slip]] = friction[slip] * fields[0, contact[slip]] * along
+        turning = slip[: slip.size * (len(along) > 1)]
+        stick = np.flatnonzero(~slips)
+        return cls(problem, fields, iterate.rigid, contact, stick, slip, turning, along)
+
+    @lazy_property
+    def friction(self) -> np.ndarray:
+        """Coefficients where it slips (s,)."""
+        return np.asarray(self.problem.friction.ravel()[self.contact[self.slip]])
+
+    @lazy_property
+    def across(self) -> np.ndarray:
+        """Unit vectors across the tractions that turn (c, t)."""
+        across = self.along[::-1, : self.turning.size].copy()
+        across[0] *= -1
+        return across
+
+    @lazy_property
+    def bound(self) -> np.ndarray:
+        """The traction bound where tractions turn (t,)."""
+        pressure = self.fields[0, self.contact[self.turning]]
+        return np.asarray(self.friction[: self.turning.size] * pressure)
+
+    def moved(self, step: np.ndarray, part: float) -> _Iterate:
+        """A part of a step, turning the tractions that slip on the bound of their pressures."""
+        c = len(self.along)
+        ends = np.cumsum([self.contact.size, c * self.stick.size, self.turning.size])
+        pressures, tractions, angles, shifts = np.split(part * step, ends)
+        own = self.fields[:, self.contact]
+        own[0] += pressures
+        own[1:, self.stick] += tractions.reshape(c, -1)
+        direction = self.along
+        if angles.size:
+            direction = np.cos(angles) * direction + np.sin(angles) * self.across
+        own[1:, self.slip] = self.friction * own[0, self.slip] * direction
+        fields = np.zeros_like(self.fields)
+        fields[:, self.contact] = own
+        rigid = self.rigid.copy()
+        rigid[_free(self.problem)] += shifts
+        return _Iterate.of(self.problem, fields, rigid)
+
+    def step(self) -> np.ndarray | None:
+        """Newton's step: changes of the pressures, of the tractions that stick, of the directions
+        of those that turn, of the rigid shifts; None where the equations are singular.
+        """
+        from scipy.linalg.lapack import dgesv
+
+        matrix, error = self._equations()
+        bordered, lacking = self._with_forces(matrix)
+        *_, step, singular = dgesv(bordered, np.concatenate([-error, lacking]), overwrite_a=True)
+        if singular or not np.isfinite(step).all():
+            return None
+        return np.asarray(step)
+
+    def _equations(self) -> tuple[np.ndarray, np.ndarray]:
+        """Matrix and errors of the distance in contact, of the shift that sticks, and of that
+        across the tractions that turn.
+        """
+        c = len(self.along)
+        m = self.contact.size
+        T = self.turning
+        image = self._displacements()
+        here = _Iterate.of(self.problem, self.fields, self.rigid)
+        shift = here.shift[:, self.contact]
+        # across the tractions, which turn themselves
+        across = sum(self.across[i][:, None] * image[1 + i, T] for i in range(c))
+        angles = m + c * self.stick.size + np.arange(T.size)
+        across[np.arange(T.size), angles] += magnitude(shift[1:, T])
+        error_across = np.sum(self.across * shift[1:, T], axis=0)
+        matrix = np.concatenate([image[0], *image[1:, self.stick], across])
+        return matrix, np.concatenate([shift[0], shift[1:, self.stick].ravel(), error_across])
+
+    def _displacements(self) -> np.ndarray:
+        """Displacements of the elements in contact by each unknown (1 + c, m, unknowns)."""
+        c = len(self.along)
+        m = self.contact.size
+        blocks = self.problem.operator.dense(self.contact).reshape(1 + c, m, 1 + c, m)
+        # by pressures, with the tractions on their bound
+        by_pressure = blocks[:, :, 0].copy()
+        by_angle = np.zeros((1 + c, m, self.turning.size))
+        for i in range(c):
+            by_traction = blocks[:, :, 1 + i]
+            by_pressure[:, :, self.slip] += by_traction[:, :, self.slip] * (
+                self.friction * self.along[i]
+            )
+            by_angle += by_traction[:, :, self.turning] * (self.bound * self.across[i])
+        by_stick = [blocks[:, :, 1 + i].take(self.stick, axis=2) for i in range(c)]
+        return np.concatenate([by_pressure, *by_stick, by_angle], axis=2)
+
+    def _with_forces(self, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The matrix with columns of the unknown rigid shifts and rows of the prescribed forces, as
+        sums of fields; what these lack.
+        """
+        free = _free(self.problem)
+        m = self.contact.size
+        h = self.stick.size
+        k = len(matrix)
+        angles = slice(k - self.turning.size, k)
+        bordered = np.zeros((k + len(free), k + len(free)))
+        bordered[:k, :k] = matrix
+        lacking = np.zeros(len(free))
+        for place, field in enumerate(free):
+            force = self.problem.force[field]
+            assert force is not None
+            lacking[place] = force / self.problem.area - self.fields[field].sum()
+            if field == 0:
+                bordered[:m, k] = 1.0
+                bordered[k, :m] = 1.0
+                continue
+            component = field - 1
+            sticking = slice(m + component * h, m + field * h)
+            bordered[sticking, k + place] = 1.0
+            bordered[k + place, sticking] = 1.0
+            bordered[k + place, self.slip] = self.friction * self.along[component]
+            bordered[angles, k + place] = self.across[component]
+            bordered[k + place, angles] = self.bound * self.across[component]
+        return bordered, lacking
+
+
+def _free(problem: CoupledProblem) -> list[int]:
+    """The fields whose force is prescribed."""
+    return [i for i, force in enumerate(problem.force) if force is not None]
+
+
+def _line_search(iterate: _Iterate, areas: _Areas) -> _Iterate | None:
+    """The first part of a Newton step that lowers the residual enough, or the best of all; None
+    where there is no step.
+    """
+    step = areas.step()
+    if step is None:
+        return None
+    best: _Iterate | None = None
+    for part in STEP_PARTS:
+        candidate = areas.moved(step, part)
+        if best is None or candidate.merit < best.merit:
+            best = candidate
+        if best.merit < (1 - 0.1 * part) * iterate.merit:
+            break
+    return best
