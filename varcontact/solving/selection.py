@@ -21,6 +21,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solvers import registry
+from varcontact.solvers.interface import SHORT_STEP
 from varcontact.solvers.registry import Kind, SolverSpec, matrix_free, solver_spec, states_program
 from varcontact.solving.methods import AUTO, Methods
 from varcontact.solving.pipeline import elements_in_contact, one_direction, own_image
@@ -67,9 +68,6 @@ NEWTON_ABOVE_IN_STEPS = 250
 """The same for the tangential problem of a history, whose steps begin from the step before."""
 NEWTON_ABOVE_UNLIKE = 100
 """The same for unlike bodies, whose pressure and tractions Newton's method finds together."""
-SHORT_STEP = 0.05
-"""Step of steady rolling, in element lengths, below which Newton's method takes longer than active
-sets."""
 MOST_BY_ACTIVE_SETS = 2000
 """Elements beyond which active sets take hours."""
 
