@@ -9,7 +9,7 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
 from varcontact.interfaces.interface import Fields
-from varcontact.system.process import lazy_property
+from varcontact.system.process import changed, lazy_property
 from varcontact.transports import mirrored
 
 EXTERIOR = 0
@@ -240,7 +240,7 @@ def _friction_work(response: ContactResponse) -> np.ndarray:
     # rigid part
     scales = disc.scales
     x, y = disc.points
-    path = replace(motion.step(disc.step * scales.length), spin_offset=0.5)
+    path = changed(motion.step(disc.step * scales.length), spin_offset=0.5)
     free = state.rigid[:, None, None] + disc.slip_of_elements / scales.displacement
     rigid_end = path.shift(x, y, scales.length) / scales.displacement + free
     rigid_start = path.shift(x - rolled, y, scales.length) / scales.displacement + free

@@ -35,6 +35,7 @@ from varcontact.solving.coupling import (
     together,
 )
 from varcontact.solving.pipeline import check_memory, solve_problem
+from varcontact.system.process import changed
 
 PASSES_TOL = 0.1
 """Part of the tolerance at which passes end, and part of that to which the last of them are
@@ -92,7 +93,7 @@ class ContactSolver:
             if self.plan.closed_form:
                 with self.stats.called("hertz"):
                     state = hertz_pressure(disc, state)
-                return replace(state, solved_by={**state.solved_by, "normal": "hertz"})
+                return changed(state, solved_by={**state.solved_by, "normal": "hertz"})
             coupled = disc.K != 0 and np.any(state.traction)
             traction = state.traction if coupled else None
             problem = disc.normal_problem(traction).reachable()
@@ -157,7 +158,7 @@ class ContactSolver:
             if self.plan.theory is not None:
                 with self.stats.called(self.plan.tangential):
                     state = self.plan.theory(disc, state)
-                return replace(
+                return changed(
                     state, solved_by={**state.solved_by, "tangential": self.plan.tangential}
                 )
             if disc.sought(by_slip=False):

@@ -25,6 +25,7 @@ from varcontact.solvers.interface import SHORT_STEP
 from varcontact.solvers.registry import Kind, SolverSpec, matrix_free, solver_spec, states_program
 from varcontact.solving.methods import AUTO, Methods
 from varcontact.solving.pipeline import elements_in_contact, one_direction, own_image
+from varcontact.system.process import changed
 from varcontact.theories.on_grid import THEORIES, why_not
 
 
@@ -110,7 +111,7 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
     plan = Plan(normal, tangential, "none", method=methods.method, bodies=scene.kind_of_bodies)
     loop, reasons["coupling"] = _coupling(scene, methods, plan)
     programs, reasons["formulation"] = _formulations(scene, plan)
-    plan = replace(plan, coupling=loop, formulation=programs[0])
+    plan = changed(plan, coupling=loop, formulation=programs[0])
     _check_methods(scene, methods, plan)
     _check_formulation(methods.formulation, programs, reasons["formulation"])
     if methods.formulation != "auto":
@@ -122,7 +123,7 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
         special.append("frictionless")
     if scene.motion is not None and scene.no_slip:
         special.append("no slip")
-    return replace(
+    return changed(
         plan,
         reasons=reasons,
         dimension="line contact" if scene.line else "three-dimensional",

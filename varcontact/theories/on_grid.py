@@ -15,7 +15,7 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.interfaces.potential import Potential
-from varcontact.reference.creepage_coefficients import creepage_coefficients
+from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady, TimeStep
@@ -24,6 +24,7 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solvers.active_set.tang import no_slip
 from varcontact.solvers.interface import SHORT_STEP, Settings
+from varcontact.system.process import changed
 from varcontact.theories.fastsim import marched_on_grid, stepped_on_grid
 from varcontact.theories.force_inversion import creepage_carrying
 from varcontact.theories.linear import Contact, Forces
@@ -151,7 +152,7 @@ class _Contact:
         self.limit = friction * hertz.force
         self.G = disc.bodies.combined_G
         self.nu = disc.bodies.combined_nu
-        self.table = creepage_coefficients(hertz.a, hertz.b, self.nu)
+        self.table = no_slip_coefficients(hertz.a / hertz.b, self.nu)
         self.x, self.y = disc.grid.centres
         # friction times Hertz's pressure, and times a parabolic one with the same total
         elliptic = friction * disc.scales.pressure * state.pressure
@@ -209,7 +210,7 @@ def _closed_form(
     state: ContactState, traction: np.ndarray, rigid: np.ndarray, slips: np.ndarray
 ) -> ContactState:
     status = {**state.status, "tangential": "closed form"}
-    return replace(state, traction=traction, rigid=rigid, slips=slips, status=status)
+    return changed(state, traction=traction, rigid=rigid, slips=slips, status=status)
 
 
 def _linear(disc: Discretisation, state: ContactState) -> ContactState:
