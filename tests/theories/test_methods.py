@@ -9,6 +9,7 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import refused
+from varcontact.elasticity.operators import GridOperator
 from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.theories import (
     fastsim,
@@ -79,6 +80,24 @@ def test_vermeulen_johnson_gives_exactly_its_force(rolling, changes):
     sol = vc.solve(scene, tangential="vermeulen-johnson")
     expected = vermeulen_johnson(*args, scene.motion.rigid, table)
     np.testing.assert_allclose(sol.force, expected, rtol=1e-12, atol=1e-14)
+
+
+def test_a_solve_multiplies_by_each_matrix_once(rolling, monkeypatch):
+    """The certificate, the slip and the work share their products: of the pressure, of the
+    tractions, of those within the bound, and of their mirror image; symbols are there from before.
+    """
+    scene = rolling(grid=vc.Grid(nx=14, ny=14))
+    first = vc.solve(scene, tangential="fastsim")
+    products = []
+    product = GridOperator._product
+    monkeypatch.setattr(
+        GridOperator, "_product", lambda *given: products.append(1) or product(*given)
+    )
+    monkeypatch.setattr("varcontact.elasticity.operators.wrapped", None)
+    second = vc.solve(scene, tangential="fastsim")
+    assert len(products) == 4
+    assert second.certificate.gap == first.certificate.gap
+    assert second.power_density.tobytes() == first.power_density.tobytes()
 
 
 def test_linear_is_infinite_friction(rolling):
