@@ -206,28 +206,19 @@ def certificate_of(
         absolute, normal_relative = normal_gap(normal, pressure, approach, elastic)
         relative_gap = normal_relative
     # tangential problem, under the final pressure
+    tangential_gap = None
     if tangential is None:
         tangential_error = float(np.any(state.traction))  # no friction can carry it: all is error
     else:
-        tangential_error = outside_friction(tangential, state)
-    if tangential is not None and tangential.size > 0:
-        tractions, shifts = tangential.of_grid(state.traction, state.rigid)
-        shift = None
-        if tangential_error == 0:
-            shift = tangential.shift_on_grid(response.shift_by_traction, tractions, shifts)
-        own_error = tangential_residual(tangential, tractions, shifts, shift)
-        tangential_error = worst(tangential_error, own_error)
+        tangential_error, tangential_gap = _tangential_measures(tangential, response, level)
     residual = worst(tangential_error, normal_error)
     if tangential is not None and tangential.size > 0:
         coupling_error = coupling_residual(disc, normal, tangential, state, approach)
         residual = worst(residual, coupling_error)
         if closed_form:
             residual = tangential_error
-        if level != "none":
-            admissible = project(tractions, tangential.bound)
-            if not np.array_equal(admissible, tractions):
-                shift = None
-            absolute, relative_gap = gap(tangential, admissible, shifts, shift)
+    if tangential_gap is not None:
+        absolute, relative_gap = tangential_gap
     # bounds on the forces
     bounds: ForceBounds | Callable[[], ForceBounds] = NO_BOUNDS
     if level == "full":
@@ -244,6 +235,29 @@ def certificate_of(
         level=level,
         bounds=bounds,
     )
+
+
+def _tangential_measures(
+    problem: TangentialProblem, response: ContactResponse, level: str
+) -> tuple[float, tuple[float, float] | None]:
+    """Residual of the tangential problem, and its gap where the `level` has one and friction
+    acts.
+    """
+    state = response.state
+    error = outside_friction(problem, state)
+    if problem.size == 0:
+        return error, None
+    tractions, shifts = problem.of_grid(state.traction, state.rigid)
+    shift = None
+    if error == 0:
+        shift = problem.shift_on_grid(response.shift_by_traction, tractions, shifts)
+    error = worst(error, tangential_residual(problem, tractions, shifts, shift))
+    if level == "none":
+        return error, None
+    admissible = project(tractions, problem.bound)
+    if not np.array_equal(admissible, tractions):
+        shift = None
+    return error, gap(problem, admissible, shifts, shift)
 
 
 def _default_level(disc: Discretisation, tangential: TangentialProblem | None) -> str:
