@@ -315,8 +315,8 @@ print([name for name in {unused} if name in sys.modules])
 
 @pytest.mark.long
 @pytest.mark.parametrize(("words", "unused"), [
-    ("solve scene.toml", "matplotlib|xarray|pandas|cvxpy|scipy.special"),
-    ("wheelrail wheel.toml", "matplotlib|xarray|pandas|cvxpy"),
+    ("solve scene.toml", "matplotlib|xarray|pandas|cvxpy|scipy.special|varcontact.cli.scan"),
+    ("wheelrail wheel.toml", "matplotlib|xarray|pandas|cvxpy|varcontact.cli.scan"),
 ])  # fmt: skip
 def test_a_command_without_a_picture_imports_nothing_that_draws_or_tabulates(folder, words, unused):
     (folder / "wheel.toml").write_text(CASE)

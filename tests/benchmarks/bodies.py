@@ -14,7 +14,7 @@ import numpy as np
 import varcontact as vc
 from tests.benchmarks.table import Table, least
 from varcontact.discrete.discretisation import discretise
-from varcontact.elasticity.operators import _kept_tables, influence_operator
+from varcontact.elasticity.operators import _kept_table, influence_operator
 
 NU = 0.3
 SIZE = 0.28
@@ -76,13 +76,13 @@ def solved(scene: vc.Scene) -> tuple[float, float]:
 
 def anew(scene: vc.Scene) -> None:
     """A solution with tables of its own."""
-    _kept_tables.cache_clear()
+    _kept_table.cache_clear()
     vc.solve(scene)
 
 
 def tables_of(scene: vc.Scene) -> None:
     """The numbers that steady rolling of like bodies takes."""
-    _kept_tables.cache_clear()
+    _kept_table.cache_clear()
     disc = discretise(scene, scene.grid)
     step = scene.grid.dx / disc.scales.length
     disc.operators.tangential(((0.0, 1.0), (step, -1.0)))

@@ -9,6 +9,7 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import refused
+from varcontact.elasticity.operators import GridOperator
 from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.theories import (
     fastsim,
@@ -17,7 +18,7 @@ from varcontact.theories import (
     flexibility,
     vermeulen_johnson,
 )
-from varcontact.theories.on_grid import IN_TIME, why_not
+from varcontact.theories.on_grid import DIRECT_ELEMENTS, IN_TIME, why_not
 from varcontact.theories.on_grid import THEORIES as EVERY
 
 STEADY = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)
@@ -81,6 +82,24 @@ def test_vermeulen_johnson_gives_exactly_its_force(rolling, changes):
     np.testing.assert_allclose(sol.force, expected, rtol=1e-12, atol=1e-14)
 
 
+def test_a_solve_multiplies_by_each_matrix_once(rolling, monkeypatch):
+    """The certificate, the slip and the work share their products: of the pressure, of the
+    tractions, of those within the bound, and of their mirror image; symbols are there from before.
+    """
+    scene = rolling(grid=vc.Grid(nx=14, ny=14))
+    first = vc.solve(scene, tangential="fastsim")
+    products = []
+    product = GridOperator._product
+    monkeypatch.setattr(
+        GridOperator, "_product", lambda *given: products.append(1) or product(*given)
+    )
+    monkeypatch.setattr("varcontact.elasticity.operators.wrapped", None)
+    second = vc.solve(scene, tangential="fastsim")
+    assert len(products) == 4
+    assert second.certificate.gap == first.certificate.gap
+    assert second.power_density.tobytes() == first.power_density.tobytes()
+
+
 def test_linear_is_infinite_friction(rolling):
     for motion in (STEADY, vc.Steady(Fx=-0.1, vy=0.02)):
         linear = vc.solve(rolling(motion=motion), tangential="linear")
@@ -92,6 +111,25 @@ def test_linear_is_infinite_friction(rolling):
         assert linear.certificate.tangential_residual > 1e-2, (
             "beyond the bound, and the certificate says so"
         )
+
+
+@pytest.mark.parametrize("motion", [
+    vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
+    vc.Steady(Fx=-0.1, vy=0.01, spin=0.05),
+    vc.Steady(vx=0.02, vy=0.01, dq=1e-3),
+])  # fmt: skip
+@pytest.mark.parametrize("edge", ["centres", "softened"])
+def test_the_linear_theory_of_many_elements_is_that_of_the_dense_matrix(rolling, motion, edge):
+    """Without a matrix, but in steps of rolling that are short: there by it, to the bit."""
+    scene = rolling(motion=motion, grid=vc.Grid(nx=18, ny=17, edge=edge))
+    linear = vc.solve(scene, tangential="linear")
+    assert linear.elements["contact"] > DIRECT_ELEMENTS
+    without_slip = dataclasses.replace(scene, friction=np.inf)
+    exact = vc.solve(without_slip, tangential="tang-safeguarded")
+    assert exact.plan.tangential == "no-slip"
+    largest = np.abs(exact.traction).max()
+    assert np.abs(linear.traction - exact.traction).max() < 1e-10 * largest
+    assert linear.creepage == pytest.approx(exact.creepage, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", [*FASTSIM, "linear", *WITHOUT_FLEXIBILITY])

@@ -112,7 +112,11 @@ def repeated(
     box: tuple[int, int], shape: tuple[int, int], period: tuple[bool, bool]
 ) -> tuple[int, int]:
     """Lengths of transforms: those of a box, and of the shape along axes that repeat."""
-    rows, columns = np.where(period, shape, box).tolist()
+    rows, columns = box
+    if period[0]:
+        rows = shape[0]
+    if period[1]:
+        columns = shape[1]
     return rows, columns
 
 

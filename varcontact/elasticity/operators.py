@@ -20,7 +20,7 @@ from varcontact.elasticity.fft_products import (
     wrapped,
 )
 from varcontact.scene.grid import Grid
-from varcontact.system.process import lazy_property, one_blas_thread
+from varcontact.system.process import changed, lazy_property, one_blas_thread
 from varcontact.transports import DIFFERENCES, HERE, Stencil
 
 T = TypeVar("T")
@@ -32,8 +32,8 @@ DENSE_ELEMENTS = 160
 one by FFT."""
 
 KEPT_NUMBERS = 33_000
-"""Tables of no more blocks times elements are kept from one solve to the next, the last 32: at most
-35 MB."""
+"""Tables of no more blocks times elements are kept from one solve to the next, the last 32, with
+what their products take: at most 70 MB."""
 
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
@@ -77,6 +77,8 @@ class GridOperator:
     shape: tuple[int, int]
     table: np.ndarray
     period: tuple[bool, bool] = field(default=(False, False), kw_only=True)
+    # what products take: the symbol, or the whole matrix
+    _made: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
     # made from the numbers once: by elements, by components, and for preconditioners by boxes
     _on_elements: dict[tuple[bytes, ...], dict[str, Any]] = field(
         default_factory=dict, init=False, repr=False
@@ -252,7 +254,7 @@ class GridOperator:
         """``(M + s M')/2``, s the `sign`, of a square operator."""
         return replace(self, table=(self.table + sign * self.transposed.table) / 2)
 
-    @lazy_property
+    @property
     def whole(self) -> np.ndarray | None:
         """The matrix between all elements, with which products are taken; None where they are more
         than `DENSE_ELEMENTS`.
@@ -260,11 +262,18 @@ class GridOperator:
         size = self.shape[0] * self.shape[1]
         if size > DENSE_ELEMENTS:
             return None
-        return self.dense(np.arange(size))
+        if "whole" not in self._made:
+            whole = self.dense(np.arange(size))
+            whole.setflags(write=False)
+            self._made["whole"] = whole
+        return self._made["whole"]
 
-    @lazy_property
+    @property
     def _symbol(self) -> np.ndarray:
-        return spectrum_of(wrapped(self.table, self._box, self.period), self._box)
+        if "symbol" not in self._made:
+            periodic = wrapped(self.table, self._box, self.period)
+            self._made["symbol"] = spectrum_of(periodic, self._box)
+        return self._made["symbol"]
 
     @lazy_property
     def _box(self) -> tuple[int, int]:
@@ -463,15 +472,10 @@ class Homogeneous(ABC):
         self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
     ) -> GridOperator:
         """Displacements along `rows` by tractions along `columns`, combined over a stencil."""
-        names = tuple(row + column for row in rows for column in columns)
-        offsets = tuple(ahead for ahead, _ in stencil)
-        small = len(names) * len(stencil) * lattice.size <= KEPT_NUMBERS
-        tables = (_kept_tables if small else _tables_at)(lattice, offsets, names, self)
-        if len(stencil) == 1 and stencil[0][1] == 1.0:
-            table = tables[0]
-        else:
-            table = sum(weight * each for (_, weight), each in zip(stencil, tables, strict=True))
-        return GridOperator(lattice.shape, table.reshape(len(rows), len(columns), *table.shape[1:]))
+        if len(rows) * len(columns) * len(stencil) * lattice.size > KEPT_NUMBERS:
+            return GridOperator(lattice.shape, _table_of(lattice, rows, columns, stencil, self))
+        table, made = _kept_table(lattice, rows, columns, stencil, self)
+        return changed(GridOperator(lattice.shape, table), _made=made)
 
     @property
     def at_once(self) -> Homogeneous:
@@ -567,8 +571,28 @@ def _tables_at(
         tables[:, i] = full[:, index.reshape(x.shape)].swapaxes(0, 1)
         if medium.even and name.count("x") == 1:
             tables[:, i] *= np.where(x < 0, -1.0, 1.0)[:, None]
-    tables.setflags(write=False)
     return tables
 
 
-_kept_tables = lru_cache(maxsize=32)(_tables_at)
+def _table_of(
+    lattice: Grid, rows: str, columns: str, stencil: Stencil, medium: Homogeneous
+) -> np.ndarray:
+    """Influence numbers (rows, columns, 2 ny - 1, 2 nx - 1), combined over a stencil."""
+    names = tuple(row + column for row in rows for column in columns)
+    offsets = tuple(ahead for ahead, _ in stencil)
+    tables = _tables_at(lattice, offsets, names, medium)
+    if len(stencil) == 1 and stencil[0][1] == 1.0:
+        table = tables[0]
+    else:
+        table = sum(weight * each for (_, weight), each in zip(stencil, tables, strict=True))
+    table = table.reshape(len(rows), len(columns), *table.shape[1:])
+    table.setflags(write=False)
+    return table
+
+
+@lru_cache(maxsize=32)
+def _kept_table(
+    lattice: Grid, rows: str, columns: str, stencil: Stencil, medium: Homogeneous
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """The table of a small lattice, and what its operators make of it for their products."""
+    return _table_of(lattice, rows, columns, stencil, medium), {}

@@ -16,6 +16,9 @@ from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.solvers.trace import Follower, Reporter, Trace
 from varcontact.system.process import changed
 
+SHORT_STEP = 0.05
+"""Step of steady rolling, in element lengths, below which Newton's method takes longer than active
+sets."""
 SECONDS_MAX = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
 Problem = TypeVar("Problem", bound=NormalProblem | TangentialProblem)

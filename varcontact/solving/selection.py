@@ -21,9 +21,11 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solvers import registry
+from varcontact.solvers.interface import SHORT_STEP
 from varcontact.solvers.registry import Kind, SolverSpec, matrix_free, solver_spec, states_program
 from varcontact.solving.methods import AUTO, Methods
 from varcontact.solving.pipeline import elements_in_contact, one_direction, own_image
+from varcontact.system.process import changed
 from varcontact.theories.on_grid import THEORIES, why_not
 
 
@@ -67,9 +69,6 @@ NEWTON_ABOVE_IN_STEPS = 250
 """The same for the tangential problem of a history, whose steps begin from the step before."""
 NEWTON_ABOVE_UNLIKE = 100
 """The same for unlike bodies, whose pressure and tractions Newton's method finds together."""
-SHORT_STEP = 0.05
-"""Step of steady rolling, in element lengths, below which Newton's method takes longer than active
-sets."""
 MOST_BY_ACTIVE_SETS = 2000
 """Elements beyond which active sets take hours."""
 
@@ -112,7 +111,7 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
     plan = Plan(normal, tangential, "none", method=methods.method, bodies=scene.kind_of_bodies)
     loop, reasons["coupling"] = _coupling(scene, methods, plan)
     programs, reasons["formulation"] = _formulations(scene, plan)
-    plan = replace(plan, coupling=loop, formulation=programs[0])
+    plan = changed(plan, coupling=loop, formulation=programs[0])
     _check_methods(scene, methods, plan)
     _check_formulation(methods.formulation, programs, reasons["formulation"])
     if methods.formulation != "auto":
@@ -124,7 +123,7 @@ def select(scene: Scene, methods: Methods = AUTO) -> Plan:
         special.append("frictionless")
     if scene.motion is not None and scene.no_slip:
         special.append("no slip")
-    return replace(
+    return changed(
         plan,
         reasons=reasons,
         dimension="line contact" if scene.line else "three-dimensional",

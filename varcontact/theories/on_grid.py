@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import unit_slip
-from varcontact.reference.creepage_coefficients import creepage_coefficients
+from varcontact.interfaces.potential import Potential
+from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady, TimeStep
@@ -21,6 +23,8 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solvers.active_set.tang import no_slip
+from varcontact.solvers.interface import SHORT_STEP, Settings
+from varcontact.system.process import changed
 from varcontact.theories.fastsim import marched_on_grid, stepped_on_grid
 from varcontact.theories.force_inversion import creepage_carrying
 from varcontact.theories.linear import Contact, Forces
@@ -42,6 +46,9 @@ RESULTANT_TOL = 1e-12
 """Tolerance on the difference from the table book's forces, relative to f Fz."""
 IN_TIME = ("fastsim", "fastsim-elliptic")
 """Theories that also treat shifts and histories, whose flexibilities do not depend on creepages."""
+DIRECT_ELEMENTS = 200
+"""Elements up to which tractions that stick everywhere are found by the dense matrix: beyond, it
+takes longer than products (`python -m tests.benchmarks speed small_work`)."""
 GRADIENT_MAX = 1e9
 """Gradient of Polach's formula that stands for full slip."""
 
@@ -145,7 +152,7 @@ class _Contact:
         self.limit = friction * hertz.force
         self.G = disc.bodies.combined_G
         self.nu = disc.bodies.combined_nu
-        self.table = creepage_coefficients(hertz.a, hertz.b, self.nu)
+        self.table = no_slip_coefficients(hertz.a / hertz.b, self.nu)
         self.x, self.y = disc.grid.centres
         # friction times Hertz's pressure, and times a parabolic one with the same total
         elliptic = friction * disc.scales.pressure * state.pressure
@@ -203,16 +210,30 @@ def _closed_form(
     state: ContactState, traction: np.ndarray, rigid: np.ndarray, slips: np.ndarray
 ) -> ContactState:
     status = {**state.status, "tangential": "closed form"}
-    return replace(state, traction=traction, rigid=rigid, slips=slips, status=status)
+    return changed(state, traction=traction, rigid=rigid, slips=slips, status=status)
 
 
 def _linear(disc: Discretisation, state: ContactState) -> ContactState:
     """Tractions that stick everywhere, however large: Kalker's linear theory on these elements."""
     problem = disc.tangential_problem(state.pressure)
-    raw = no_slip(problem)
+    assert disc.step is not None
+    short = disc.step < SHORT_STEP * disc.lattice.sides[0]
+    raw = _sticking(problem, directly=short or problem.size <= DIRECT_ELEMENTS)
     return _closed_form(
         state, *problem.on_grid(raw.traction, raw.rigid), np.zeros(disc.grid.shape, dtype=bool)
     )
+
+
+def _sticking(problem: TangentialProblem, directly: bool) -> RawSolution:
+    """Tractions that stick everywhere, by the dense matrix or without it."""
+    if not directly:
+        from varcontact.solvers.newton.tangential import newton_tangential
+
+        unbounded = Potential(np.full(problem.size, np.inf))
+        raw = newton_tangential(replace(problem, potential=unbounded), Settings())
+        if raw.solved:
+            return raw
+    return no_slip(problem)
 
 
 def _of(

@@ -7,7 +7,11 @@ import varcontact as vc
 from varcontact.solvers.active_set import coupled
 
 BALL = {"surface": vc.Paraboloids(1.0, 0.7), "normal_force": 1.0}
-ROLLER = {"surface": vc.Cylinders(R=5.0, reference_depth=10.0), "normal_force": 1.0, "grid": vc.Grid(nx=40)}
+ROLLER = {
+    "surface": vc.Cylinders(R=5.0, reference_depth=10.0),
+    "normal_force": 1.0,
+    "grid": vc.Grid(nx=40),
+}
 UNLIKE = vc.Bodies(G=(1.0, 6.0), nu=(0.1, 0.35))
 MOTIONS = [
     vc.Steady(vx=2e-3, vy=1e-3),
