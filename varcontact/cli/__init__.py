@@ -17,7 +17,9 @@ from varcontact.cli.options import METHODS
 from varcontact.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_SOLVED, fail, show
 from varcontact.errors import NotConverged, VarcontactError
 
-__all__ = ["INTERRUPTED", "main", "whole_app"]
+__all__ = ["INTERRUPTED", "app", "main"]
+
+app: typer.Typer
 
 
 class Command(NamedTuple):
@@ -150,7 +152,7 @@ def _options(
     pass
 
 
-def app_of(names: Iterable[str]) -> typer.Typer:
+def _app_of(names: Iterable[str]) -> typer.Typer:
     """The command line with the commands of some names, whose modules are imported."""
     app = typer.Typer(
         name="varcontact",
@@ -196,9 +198,11 @@ def _with_tables(app: typer.Typer) -> typer.Typer:
     return app
 
 
-def whole_app() -> typer.Typer:
-    """The command line with all commands."""
-    return _with_tables(app_of(COMMANDS))
+def __getattr__(name: str) -> typer.Typer:
+    """`app`: the command line with all commands, built where it is asked for."""
+    if name != "app":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _with_tables(_app_of(COMMANDS))
 
 
 def main() -> None:
@@ -209,7 +213,6 @@ def main() -> None:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     # a command that is named needs no other
     if sys.argv[1:] and sys.argv[1] in COMMANDS:
-        app = app_of(sys.argv[1:2])
+        _app_of(sys.argv[1:2])()
     else:
-        app = whole_app()
-    app()
+        __getattr__("app")()
