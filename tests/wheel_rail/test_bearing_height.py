@@ -71,7 +71,7 @@ def test_tractions_wait_until_normal_forces_are_near_the_load():
     search.propose()
     search.learn_normal(0.5 * LOAD)
     assert not search.near
-    search.learn_normal(0.97 * LOAD)
+    search.learn_normal(0.995 * LOAD)
     assert search.near
     assert not search.done
 

@@ -104,6 +104,13 @@ class ContactOnGrid:
         """Contact with the tractions that go with the pressure."""
         return replace(self, state=contact(self.disc, self.solver, self.state))
 
+    def approach_under(self, normal_force: float) -> float:
+        """The approach with which pressures alone bear a force on these elements."""
+        loading = replace(self.disc.loading, approach=None, normal_force=normal_force)
+        disc = replace(self.disc, loading=loading)
+        state = self.solver.pressure(disc, self.state)
+        return float(state.approach * disc.scales.displacement + disc.base)
+
     @lazy_property
     def initial_guess(self) -> InitialGuess:
         """Start of the contact in a similar scene."""

@@ -18,7 +18,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
-from varcontact.system.process import lazy_property, one_blas_thread
+from varcontact.system.process import changed, lazy_property, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, Overlap, contact_locus, varied_locus
 from varcontact.wheel_rail.patches import (
@@ -386,6 +386,11 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
     def on_curved_surface(self) -> Self:
         """The same wheel, whose contact is on a curved surface."""
         return replace(self, conformal=True)
+
+    def with_sides(self, dx: float, dy: float) -> Self:
+        """The same wheel at the same place on elements with other sides."""
+        same = {name: getattr(self, name) for name in ("rail", "wheel", "locus")}
+        return changed(self, dx=dx, dy=dy, **same)
 
     def with_surface_of(self, before: WheelGeometry) -> Self:
         """The same wheel on a plane or a curved surface as the wheel `before`, where it is left

@@ -24,12 +24,16 @@ from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.patch_interaction import with_interaction
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.result import WheelRailSolution
-from varcontact.wheel_rail.wheel_geometry import ContactPatch, WheelGeometry
+from varcontact.wheel_rail.wheel_geometry import ELEMENT, ContactPatch, WheelGeometry
 
 ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
 jump.
 """
+ACROSS_FIRST = 16
+"""Elements across the overlap of all patches, with which the first height is found."""
+COARSER = 4.0
+"""Ratio of the areas of elements from which coarse ones are worth their own geometry."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +100,10 @@ class WheelOnElements:
         Heights whose normal forces are far from the load, and contacts whose tractions change their
         pressures, are not proposed: they are learnt from here.
         """
+        if self._search.rounds == 0 and not self._before:
+            self._search.begin(self._first_height())
         while not self.done:
+            self._expect_goal()
             self._move_to(self._search.propose())
             if self._case.z is None:
                 self._press()
@@ -142,6 +149,31 @@ class WheelOnElements:
         """On the grids of the patches."""
         return [each.disc.operators for each in self._contacts]
 
+    def _first_height(self) -> float:
+        """The height at which normal forces on coarse elements bear the load."""
+        case = self._case
+        if case.z is not None:
+            return case.z
+        # elements on the overlap
+        overlaps = case.locus.overlaps(self._search.z)
+        along = np.ptp([each.ends for each in overlaps])
+        across = np.hypot(*np.ptp(np.concatenate([each.surface for each in overlaps]), axis=0))
+        dx = case.dx or ELEMENT
+        dy = case.dy or ELEMENT
+        coarse = case.with_sides(
+            max(dx, float(along) / ACROSS_FIRST), max(dy, float(across) / ACROSS_FIRST)
+        )
+        if coarse.dx * coarse.dy < COARSER * dx * dy:
+            return self._search.z
+        wheel = WheelOnElements(coarse, self._tol, self._methods, deadline=self._deadline)
+        while not wheel._search.near:
+            wheel._expect_goal()
+            wheel._move_to(wheel._search.propose())
+            wheel._press()
+        wheel._expect_goal()
+        self._before = [each.initial_guess for each in wheel._frictionless]
+        return wheel._search.propose()
+
     def _move_to(self, z: float) -> None:
         patches = patches_at(self._case, z)
         check_time(self._deadline)
@@ -160,6 +192,16 @@ class WheelOnElements:
         self._operators = [each.disc.operators for each in self._frictionless]
         forces = [each.force for each in self._frictionless]
         self._search.learn_normal(vertical(self._frames, forces, False))
+
+    def _expect_goal(self) -> None:
+        """The height at which the last patch, with its elements, bears the goal of the search."""
+        if len(self._frictionless) != 1 or self._case.curved or self._patches[0].interactions:
+            return
+        (contact,) = self._frictionless
+        (patch,) = self._patches
+        cosine = float(patch.frame.axes[2, 2])
+        approach = contact.approach_under(self._search.goal / cosine)
+        self._search.expect(self._search.z + (approach - patch.approach) / cosine)
 
     def _with_pressures(self) -> list[ContactOnGrid]:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
