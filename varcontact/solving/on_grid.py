@@ -38,6 +38,8 @@ from varcontact.system.process import lazy_property
 PLACE_TOL = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of
 the elements."""
+APPROACH_TOL = 1e-6
+"""Residual of a pressure that only tells the approach."""
 BORDER_ROUNDING = 1e-9
 """Part of an element by which a sample may miss its border and still lie on it."""
 SEARCH_ELEMENTS = 24
@@ -108,7 +110,8 @@ class ContactOnGrid:
         """The approach with which pressures alone bear a force on these elements."""
         loading = replace(self.disc.loading, approach=None, normal_force=normal_force)
         disc = replace(self.disc, loading=loading)
-        state = self.solver.pressure(disc, self.state)
+        rough = replace(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
+        state = rough.pressure(disc, self.state)
         return float(state.approach * disc.scales.displacement + disc.base)
 
     @lazy_property

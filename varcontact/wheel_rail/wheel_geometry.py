@@ -303,8 +303,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             speed = creepage.speed
         motion = Steady(vx=creepage.vx, vy=creepage.vy, spin=creepage.spin, speed=speed)
         if self.curved or self.slip_by_element:
-            rail = self.track.rail_body(self.side)
-            slip = surface.rigid_slip(frame, rail, body, self.velocity.speed)
+            slip = surface.rigid_slip(frame, self._rail_body, body, self.velocity.speed)
             motion = Steady(rigid_slip=slip, speed=speed)
         interactions = interactions_of(overlaps, frame, self.join, self.separate)
         inclination = None
@@ -471,13 +470,26 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         """The wheel set as a rigid body with its axle at a height `z`, `pitching` or not: see
         `Velocity.body`.
         """
-        return self.velocity.body(
-            self.wheelset,
-            self.position,
-            z,
-            pitching=pitching,
-            curve_radius=self.track.curve_radius,
-        )
+        axle = np.array([0.0, self.position.y, z - self.wheelset.radius])
+        return changed(self._bodies[pitching], position=axle)
+
+    @lazy_property
+    def _bodies(self) -> dict[bool, RigidBody]:
+        """The wheel set as a rigid body at the height 0, pitching or not."""
+        made = {}
+        for pitching in (True, False):
+            made[pitching] = self.velocity.body(
+                self.wheelset,
+                self.position,
+                0.0,
+                pitching=pitching,
+                curve_radius=self.track.curve_radius,
+            )
+        return made
+
+    @lazy_property
+    def _rail_body(self) -> RigidBody:
+        return self.track.rail_body(self.side)
 
     def on_wheel(self, point: np.ndarray, body: RigidBody) -> np.ndarray:
         """A `point` of the track in the coordinates of the wheel's profile, the wheel set being
@@ -496,9 +508,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         # contacts move with the wheel set, but do not turn about its axle
         moving = self.body(z, pitching=False).velocity_at(particle)
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
-        return creepages(
-            self.track.rail_body(self.side), body, frame, frame_velocity=moving, at2=particle
-        )
+        return creepages(self._rail_body, body, frame, frame_velocity=moving, at2=particle)
 
 
 def _at_arc_lengths(interactions: Interactions, surface: ReferenceSurface) -> Interactions:

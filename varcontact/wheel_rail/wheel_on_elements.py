@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_geometry import ELEMENT, ContactPatch, WheelGeometry
 
+Known = TypeVar("Known")
 ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
 jump.
@@ -73,6 +74,8 @@ class WheelOnElements:
         self._search = BearingHeight(case, tol)
         self._before: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
+        # by patch, and whether of the pressure alone
+        self._options: dict[tuple[int, bool], SolveOptions] = {}
         if start is not None:
             self._begin_at(start)
         # of the last height
@@ -160,11 +163,11 @@ class WheelOnElements:
         across = np.hypot(*np.ptp(np.concatenate([each.surface for each in overlaps]), axis=0))
         dx = case.dx or ELEMENT
         dy = case.dy or ELEMENT
-        coarse = case.with_sides(
-            max(dx, float(along) / ACROSS_FIRST), max(dy, float(across) / ACROSS_FIRST)
-        )
-        if coarse.dx * coarse.dy < COARSER * dx * dy:
+        coarse_dx = max(dx, float(along) / ACROSS_FIRST)
+        coarse_dy = max(dy, float(across) / ACROSS_FIRST)
+        if coarse_dx * coarse_dy < COARSER * dx * dy:
             return self._search.z
+        coarse = case.with_sides(coarse_dx, coarse_dy)
         wheel = WheelOnElements(coarse, self._tol, self._methods, deadline=self._deadline)
         while not wheel._search.near:
             wheel._expect_goal()
@@ -185,10 +188,7 @@ class WheelOnElements:
         """The contacts without friction, and what they bear."""
         bare = [each.scene.without_friction for each in self._patches]
         near = [each.initial_guess for each in self._frictionless] or self._before
-        methods = for_pressure(self._methods)
-        self._frictionless = _contacts(
-            bare, methods, near, self._operators, deadline=self._deadline
-        )
+        self._frictionless = self._contacts_of(bare, near, pressing=True)
         self._operators = [each.disc.operators for each in self._frictionless]
         forces = [each.force for each in self._frictionless]
         self._search.learn_normal(vertical(self._frames, forces, False))
@@ -207,8 +207,15 @@ class WheelOnElements:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
         change a pressure.
         """
-        near = self._near or [each.initial_guess for each in self._frictionless]
-        return _contacts(self._scenes, self._methods, near, (), self._frictionless, self._deadline)
+        starts = _each_of(self._traction_starts, self._scenes)
+        contacts = []
+        for k, (scene, start) in enumerate(zip(self._scenes, starts, strict=True)):
+            options = self._options_of(k, scene)
+            contact = self._frictionless[k].with_friction(scene, options, start)
+            if contact is None:
+                return []
+            contacts.append(contact)
+        return contacts
 
     def _solved_alone(self) -> list[Solution]:
         """Solutions of patches that are not proposed: those of theories."""
@@ -217,14 +224,40 @@ class WheelOnElements:
         return [_by_theory(scene, self._methods) for scene in self._scenes]
 
     def _solved(self) -> list[ContactOnGrid]:
-        near = self._near or [each.initial_guess for each in self._frictionless]
-        return _contacts(
-            self._scenes, self._methods, near, self._operators, deadline=self._deadline
-        )
+        return self._contacts_of(self._scenes, self._traction_starts)
+
+    def _contacts_of(
+        self,
+        scenes: list[Scene],
+        starts: Sequence[Solution | InitialGuess],
+        pressing: bool = False,
+    ) -> list[ContactOnGrid]:
+        """The contacts of patches, from others with their influence numbers, if there are as
+        many.
+        """
+        starts_of_each = _each_of(starts, scenes)
+        operators_of_each = _each_of(self._operators, scenes)
+        contacts = []
+        for k, scene in enumerate(scenes):
+            options = self._options_of(k, scene, pressing)
+            contact = ContactOnGrid.of(scene, options, starts_of_each[k], operators_of_each[k])
+            contacts.append(contact)
+        return contacts
+
+    def _options_of(self, k: int, scene: Scene, pressing: bool = False) -> SolveOptions:
+        """The options of patch k, checked at the first height."""
+        if (k, pressing) not in self._options:
+            methods = for_pressure(self._methods) if pressing else self._methods
+            options = SolveOptions.checked(scene, **methods)
+            self._options[k, pressing] = replace(options, deadline=self._deadline)
+        return self._options[k, pressing].like(scene)
 
     @property
-    def _near(self) -> list[Solution | InitialGuess]:
-        return [each.initial_guess for each in self._contacts] or self._before
+    def _traction_starts(self) -> list[Solution | InitialGuess]:
+        contacts = self._contacts
+        if not contacts and self._before:
+            return list(self._before)
+        return [each.initial_guess for each in contacts or self._frictionless]
 
     @property
     def _scenes(self) -> list[Scene]:
@@ -255,30 +288,11 @@ def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[C
     return tuple(patches)
 
 
-def _contacts(
-    scenes: list[Scene],
-    methods: dict[str, Any],
-    near: Sequence[Solution | InitialGuess],
-    known: Sequence[Operators],
-    frictionless: Sequence[ContactOnGrid] = (),
-    deadline: float = math.inf,
-) -> list[ContactOnGrid]:
-    """The contacts of patches, from others of theirs and with their influence numbers, if there are
-    as many.
-
-    Of `frictionless` ones with their pressures, and tractions to begin with; none where these
-    change a pressure.
-    """
-    contacts: list[ContactOnGrid] = []
-    for k, scene in enumerate(scenes):
-        options = replace(SolveOptions.checked(scene, **methods), deadline=deadline)
-        start = near[k] if len(near) == len(scenes) else None
-        own = known[k] if len(known) == len(scenes) else None
-        loaded = frictionless[k].with_friction(scene, options, start) if frictionless else None
-        if frictionless and loaded is None:
-            return []
-        contacts.append(loaded or ContactOnGrid.of(scene, options, start, own))
-    return contacts
+def _each_of(known: Sequence[Known], scenes: Sequence[Scene]) -> list[Known | None]:
+    """What is known of each patch, if there are as many."""
+    if len(known) == len(scenes):
+        return list(known)
+    return [None] * len(scenes)
 
 
 def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_friction: bool) -> float:
