@@ -159,7 +159,7 @@ class WheelOnElements:
             return case.z
         # elements on the overlap
         overlaps = case.locus.overlaps(self._search.z)
-        along = np.ptp([each.ends for each in overlaps])
+        along = np.ptp(np.concatenate([each.ends.ravel() for each in overlaps]))
         across = np.hypot(*np.ptp(np.concatenate([each.surface for each in overlaps]), axis=0))
         dx = case.dx or ELEMENT
         dy = case.dy or ELEMENT
@@ -207,6 +207,8 @@ class WheelOnElements:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
         change a pressure.
         """
+        if not self._frictionless:
+            return []
         starts = _each_of(self._traction_starts, self._scenes)
         contacts = []
         for k, (scene, start) in enumerate(zip(self._scenes, starts, strict=True)):
