@@ -298,13 +298,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         )
         # creepages, and the interaction of parts
         creepage = self.creepage(frame, surface.approach, z)
-        speed = None
-        if self.thermal is not None or self.bodies.relaxes:
-            speed = creepage.speed
-        motion = Steady(vx=creepage.vx, vy=creepage.vy, spin=creepage.spin, speed=speed)
-        if self.curved or self.slip_by_element:
-            slip = surface.rigid_slip(frame, self._rail_body, body, self.velocity.speed)
-            motion = Steady(rigid_slip=slip, speed=speed)
+        motion = self._motion(frame, creepage, surface, body)
         interactions = interactions_of(overlaps, frame, self.join, self.separate)
         inclination = None
         if self.curved:
@@ -325,17 +319,17 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             sampled = SampledDistance(surface.distance, grid.x, grid.y, inclination=inclination)
         else:
             sampled = SampledDistance(surface.distance, inclination=inclination)
-        scene = Scene(
-            bodies=self.bodies,
-            surface=sampled,
-            approach=surface.approach,
-            friction=friction,
-            third_body=self.third_body,
-            thermal=self.thermal,
-            motion=motion,
-            grid="auto" if sides is None else grid,
-            units=MM_N,
-        )
+        entries: dict[str, Any] = {
+            "surface": sampled,
+            "approach": surface.approach,
+            "friction": friction,
+            "motion": motion,
+            "grid": "auto" if sides is None else grid,
+        }
+        if self.curved:  # how far it turns is known here
+            scene = replace(self._scene, **entries)
+        else:
+            scene = changed(self._scene, **entries)
         return ContactPatch(
             location=frame.origin,
             angle=tangent.angle,
@@ -348,6 +342,45 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             scene=scene,
             interactions=interactions,
         )
+
+    @lazy_property
+    def _scene(self) -> Scene[Steady]:
+        """A patch of one element, whose bodies and interface are checked."""
+        inclination = None
+        rigid_slip = None
+        if self.curved:
+            inclination = np.zeros(1)
+        if self.curved or self.slip_by_element:
+            rigid_slip = np.zeros((2, 1, 1))
+        friction: Any = self.friction
+        if isinstance(friction, FrictionByAngle):
+            friction = 0.0
+        speed = None
+        if self.thermal is not None or self.bodies.relaxes:
+            speed = 1.0
+        return Scene(
+            bodies=self.bodies,
+            surface=SampledDistance(np.zeros((1, 1)), inclination=inclination),
+            approach=1.0,
+            friction=friction,
+            third_body=self.third_body,
+            thermal=self.thermal,
+            motion=Steady(rigid_slip=rigid_slip, speed=speed),
+            grid=Grid(nx=1, ny=1, dx=1.0, dy=1.0, x0=-0.5, y0=-0.5),
+            units=MM_N,
+        )
+
+    def _motion(
+        self, frame: Frame, creepage: Creepages, surface: ReferenceSurface, body: RigidBody
+    ) -> Steady:
+        """Rolling with the creepages of a patch, or the rigid slip of its elements."""
+        motion = self._scene.motion
+        if motion.speed is not None:
+            motion = changed(motion, speed=creepage.speed)
+        if motion.rigid_slip is not None:
+            slip = surface.rigid_slip(frame, self._rail_body, body, self.velocity.speed)
+            return changed(motion, rigid_slip=slip)
+        return changed(motion, vx=creepage.vx, vy=creepage.vy, spin=creepage.spin)
 
     @property
     def half_spaces(self) -> Bodies:
