@@ -45,7 +45,14 @@ class Curve:
 
     @lazy_property
     def _breakpoints(self) -> np.ndarray:
-        return self.points(self.s)
+        a, b, c, d = self.coefficients[:, -1]
+        width = self.s[-1] - self.s[-2]
+        last = ((a * width + b) * width + c) * width + d
+        return np.concatenate([self.coefficients[3], last[None]])
+
+    @lazy_property
+    def _middle_directions(self) -> np.ndarray:
+        return self.directions((self.s[1:] + self.s[:-1]) / 2)
 
     def points(self, s: np.ndarray) -> np.ndarray:
         """(y, z) at parameters, shape (..., 2)."""
@@ -96,9 +103,12 @@ class Curve:
         intervals = int(np.ceil((self.s[-1] - self.s[0]) / step))
         return np.linspace(self.s[0], self.s[-1], max(2, intervals + 1))
 
-    def single_valued(self, near: float, direction: np.ndarray = ACROSS) -> Curve:
-        """The part around the parameter `near` along which ``direction . (y, z)`` keeps growing."""
-        breakpoint_near = int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))
+    def single_valued(self, y: float, direction: np.ndarray) -> Curve:
+        """The part around a place `y` of a curve along which y grows, along which ``direction . (y,
+        z)`` keeps growing, too.
+        """
+        place = np.searchsorted(self._breakpoints[:, 0], y)
+        breakpoint_near = int(np.clip(place, 1, self.s.size - 1))
         return self._part(growing(self._grows(direction), breakpoint_near))
 
     def highest(self) -> Curve:
@@ -128,9 +138,8 @@ class Curve:
         """True where ``direction . (y, z)`` grows from a breakpoint to the next, without a turning
         point between them.
         """
-        middle = (self.s[1:] + self.s[:-1]) / 2
         larger = np.diff(self._breakpoints @ direction) > 0
-        return larger & (self.directions(middle) @ direction > 0)
+        return larger & (self._middle_directions @ direction > 0)
 
     def _width(self, run: slice) -> float:
         return float(self._breakpoints[run.stop - 1, 0] - self._breakpoints[run.start, 0])

@@ -344,7 +344,7 @@ def _rail_heights(
     if isinstance(rail, Curve):
         origin = frame.origin[1:]
         along = frame.axes[1:, 1]
-        part = rail.single_valued(float(rail.at(origin[:1])[0]), along)
+        part = rail.single_valued(float(origin[0]), along)
         points = part.points(part.at(lateral + along @ origin, along))
         return ((points - origin) @ frame.axes[1:, 2])[:, None]
     flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
@@ -365,7 +365,7 @@ def _halfway(
     """
     origin = tangent.frame.origin[1:]
     along = tangent.frame.axes[1:, 1]
-    on_rail = rail.single_valued(float(rail.at(origin[:1])[0]), along)
+    on_rail = rail.single_valued(float(origin[0]), along)
     # the wheel's part around the origin that grows along the plane: its contact locus, in track
     # coordinates
     locus = overlaps[0].locus

@@ -52,9 +52,11 @@ STEP_PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)
 """Parts of a Newton step that the line search of the safeguarded version tries in turn."""
 SLIP_PRODUCTS_MAX = 60
 """Products at most for tractions that slip all over."""
+SLIP_DENSE_ELEMENTS = 100
+"""Elements up to which their own matrix is faster than a product on the grid."""
 SLIP_RATIO_MAX = 0.6
 """Ratio of a change to the one before from which Newton's method is faster."""
-SLIP_CHANGE_MIN = 1e-14
+SLIP_CHANGE_MIN = 1e-13
 """Change of a traction, relative to its bound, that is rounding."""
 SLIP_RESIDUAL_SOLVED = 1e-12
 """Residual at which these tractions solve a problem."""
@@ -192,8 +194,7 @@ def _jacobian(point: PointOnAreas) -> np.ndarray:
 
 def shift_of(problem: TangentialProblem, at: RawSolution) -> np.ndarray:
     """E by the dense matrix, which Newton's method needs anyway, (c, n)."""
-    elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(at.traction.shape)
-    return elastic + problem.rigid_shift + at.rigid[:, None]
+    return problem.operator.apply_densely(at.traction) + problem.rigid_shift + at.rigid[:, None]
 
 
 def flow_of(
@@ -355,17 +356,21 @@ def full_slip(
     traction = -problem.rigid_shift * (problem.bound / slip)
     if start is not None:
         traction = start.traction
+    elastic = problem.operator.apply
+    if problem.size <= SLIP_DENSE_ELEMENTS:
+        elastic = problem.operator.apply_densely
+    largest = float(problem.bound.max())
     follow = settings.stats.follow(problem)
     last_change = math.inf
     count = 0
     while count < SLIP_PRODUCTS_MAX:
         count += 1
-        shift = problem.shift(traction, rigid)
+        shift = elastic(traction) + problem.rigid_shift
         size = magnitude(shift)
         if not size.min() > 0:
             return None
-        against = -shift * (problem.bound / size)
-        change = float(magnitude(against - traction).max() / problem.bound.max())
+        against = shift * (-problem.bound / size)
+        change = float(np.abs(against - traction).max() / largest)
         traction = against
         follow(RawSolution(traction, rigid))
         if change <= SLIP_CHANGE_MIN or not change < SLIP_RATIO_MAX * last_change:
