@@ -62,6 +62,20 @@ class Curve:
         """(dy/ds, dz/ds) at parameters, shape (..., 2), very nearly of unit length."""
         return np.asarray(self._curve(s, 1))
 
+    def points_and_directions(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(y, z) and (dy/ds, dz/ds) at parameters (n,), shape (2, n)."""
+        cell = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, self.s.size - 2)
+        t = s - self.s[cell]
+        a, b, c, d = self._by_coordinate[:, :, cell]
+        points = ((a * t + b) * t + c) * t + d
+        directions = (3 * a * t + 2 * b) * t + c
+        return points, directions
+
+    @lazy_property
+    def _by_coordinate(self) -> np.ndarray:
+        """Coefficients, shape (4, 2, n - 1)."""
+        return np.ascontiguousarray(self.coefficients.swapaxes(1, 2))
+
     def cubics(self, begin: np.ndarray, within: np.ndarray) -> np.ndarray:
         """The cubics at parameters `within`, in ``s - begin``: coefficients, shape (4, n, 2),
         highest power first.

@@ -15,7 +15,7 @@ from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame, RigidBody, rotation
 from varcontact.scene.grid import Grid
 from varcontact.wheel_rail.curve import Curve, growing, spline
-from varcontact.wheel_rail.locus import Locus, Overlap
+from varcontact.wheel_rail.locus import STEP, Locus, Overlap
 from varcontact.wheel_rail.locus import contact_locus as contact_locus
 from varcontact.wheel_rail.slices import RailSurface, Surface
 
@@ -189,13 +189,12 @@ def wheel_heights(
     and where the surface faces away from the rail.
     """
     axle = body.rotation
-    points = locus.points + np.array([0.0, 0.0, float(body.position[2]) - locus.height])
-    along, across, _ = ((points - frame.origin) @ frame.axes).T
+    lower = np.array([0.0, 0.0, float(body.position[2]) - locus.height])
+    points = locus.points - (frame.origin - lower)
+    along, across = (points @ frame.axes[:, :2]).T
     forward = frame.axes.T @ axle[:, 0]
     across = across - along * forward[1] / forward[0]  # of circles at x = 0
-    run = growing(
-        np.diff(across) > 0, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin())
-    )
+    run = growing(np.diff(across) > 0, int(np.hypot(points[:, 1], points[:, 2]).argmin()))
 
     # the locus at the rows of the grid
     grid_x, grid_y = lines
@@ -223,7 +222,9 @@ def wheel_heights(
         sine = np.sin(theta)
         cosine = np.cos(theta)
         point = axes @ np.array([r * sine, y, r * cosine]) + middle[:, None]
-        by_theta = axes @ np.array([r * cosine + tr * sine, ty, tr * cosine - r * sine])
+        by_theta = axes[:, ::2] @ np.array([r * cosine + tr * sine, tr * cosine - r * sine])
+        if not isinstance(wheel, Curve):
+            by_theta += np.multiply.outer(axes[:, 1], ty)
         by_s = axes @ np.array([dr * sine, dy, dr * cosine])
         off_x = to_x - point[0]
         off_y = to_y - point[1]
@@ -243,7 +244,8 @@ def wheel_heights(
 def _wheel_point(wheel: Curve | Surface, theta: np.ndarray, s: np.ndarray) -> Any:
     """(y, radius) of a wheel, and their derivatives by theta and by s, shape (3, 2, n)."""
     if isinstance(wheel, Curve):
-        return wheel.points(s).T, np.zeros((2, s.size)), wheel.directions(s).T
+        points, directions = wheel.points_and_directions(s)
+        return points, np.zeros(2), directions
     return np.moveaxis(wheel.points(theta, s), -1, 1)
 
 
@@ -309,7 +311,8 @@ def reference_surface(
     # the distance along its normals; where there is no rail, beside its profile and beyond its end,
     # nothing touches
     rail_heights = _rail_heights(rail, frame, grid, lateral)
-    heights = wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, lateral), body)
+    circles = _circles_near(overlaps, grid)
+    heights = wheel_heights(circles, wheel, frame, (grid.x, lateral), body)
     cosine = np.cos(inclination)
     gap = (rail_heights - heights) * cosine[:, None]
     reached = np.isfinite(gap)
@@ -333,6 +336,14 @@ def reference_surface(
     return ReferenceSurface(
         grid, gap - gap.min(), -float(gap.min()), inclination, lateral, on_wheel
     )
+
+
+def _circles_near(overlaps: list[Overlap], grid: Grid) -> Locus:
+    """The circles of overlaps, and those beside them as far as the grid is wide."""
+    locus = overlaps[0].locus
+    beside = math.ceil(grid.rows * grid.sides[1] / STEP)
+    first = max(0, overlaps[0].run.start - beside)
+    return locus.part(slice(first, overlaps[-1].run.stop + beside))
 
 
 def _rail_heights(
