@@ -14,8 +14,10 @@ from varcontact.system.process import lazy_property
 
 ACROSS = np.array([1.0, 0.0])
 """The direction of y."""
-CLOSE = 1e-11
-"""Error of a coordinate that ends Newton's steps, relative to the curve's length."""
+LAST_STEP = 1e-7
+"""Length of the last of Newton's steps, relative to the curve's length: the error after it is about
+its square.
+"""
 STEPS = 30
 HELD = 1e6
 """Weight of a kink relative to other points: smoothing leaves it in place, and both of its sides
@@ -179,7 +181,7 @@ class Curve:
         for _ in range(STEPS):
             step = (((a * t + b) * t + c) * t + d - wanted) / ((3 * a * t + 2 * b) * t + c)
             t = np.clip(t - step, 0.0, width)
-            if step.size == 0 or np.abs(step).max() <= CLOSE * (self.s[-1] - self.s[0]):
+            if step.size == 0 or np.abs(step).max() <= LAST_STEP * (self.s[-1] - self.s[0]):
                 break
         s = np.full(value.shape, np.nan)
         s[inside] = low + t

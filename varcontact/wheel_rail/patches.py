@@ -14,11 +14,13 @@ import numpy as np
 from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame, RigidBody, rotation
 from varcontact.scene.grid import Grid
+from varcontact.system.process import changed
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.locus import STEP, Locus, Overlap
 from varcontact.wheel_rail.locus import contact_locus as contact_locus
 from varcontact.wheel_rail.slices import RailSurface, Surface
 
+AT_ORIGIN = Frame(np.zeros(3), np.eye(3))
 GUARD = 1
 """Elements beyond the overlap on every side."""
 SAMPLES = 100
@@ -94,7 +96,8 @@ def tangent_of(overlaps: list[Overlap], rail: Curve | RailSurface) -> Tangent:
         if not np.isfinite(z):  # the nearest point of the overlaps where the rail has a gap
             touched = np.concatenate([each.surface for each in overlaps])
             surface = touched[np.abs(touched[:, 0] - y).argmin()]
-    return Tangent(Frame(np.array([x, *surface]), rotation(roll=angle, pitch=slope)), angle, slope)
+    axes = rotation(roll=angle, pitch=slope)
+    return Tangent(changed(AT_ORIGIN, origin=np.array([x, *surface]), axes=axes), angle, slope)
 
 
 def tangents_of(
@@ -119,7 +122,7 @@ def tangents_of(
     for i in np.flatnonzero(turned != angles).tolist():
         angle = float(turned[i])
         slope = tangents[i].slope
-        frame = Frame(tangents[i].frame.origin, rotation(roll=angle, pitch=slope))
+        frame = changed(tangents[i].frame, axes=rotation(roll=angle, pitch=slope))
         tangents[i] = Tangent(frame, angle, slope)
     return tangents
 
