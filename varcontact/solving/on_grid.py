@@ -106,13 +106,19 @@ class ContactOnGrid:
         """Contact with the tractions that go with the pressure."""
         return replace(self, state=contact(self.disc, self.solver, self.state))
 
-    def approach_under(self, normal_force: float) -> float:
-        """The approach with which pressures alone bear a force on these elements."""
+    def under(self, normal_force: float) -> ContactOnGrid:
+        """Contact without tractions on these elements under a force, about as rough as its approach
+        may be.
+        """
         loading = replace(self.disc.loading, approach=None, normal_force=normal_force)
         disc = replace(self.disc, loading=loading)
         rough = replace(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
-        state = rough.pressure(disc, self.state)
-        return float(state.approach * disc.scales.displacement + disc.base)
+        return replace(self, disc=disc, state=rough.pressure(disc, self.state))
+
+    @property
+    def approach(self) -> float:
+        """Approach of the bodies, physical."""
+        return self.initial_guess.approach
 
     @lazy_property
     def initial_guess(self) -> InitialGuess:

@@ -73,6 +73,7 @@ class WheelOnElements:
         self.by_theory = methods.get("tangential") in THEORIES
         self._search = BearingHeight(case, tol)
         self._before: list[Solution | InitialGuess] = []
+        self._pressures: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
         # by patch, and whether of the pressure alone
         self._options: dict[tuple[int, bool], SolveOptions] = {}
@@ -88,6 +89,7 @@ class WheelOnElements:
     def _begin_at(self, start: Start) -> None:
         last = start.solution
         self._before = [each.solution for each in last.patches]
+        self._pressures = list(self._before)
         self._operators = start.operators
         z = self._case.touching + (last.z - last.case.touching + start.deeper)
         self._search = BearingHeight(self._case, self._tol, z, vertical_forces(last))
@@ -174,7 +176,7 @@ class WheelOnElements:
             wheel._move_to(wheel._search.propose())
             wheel._press()
         wheel._expect_goal()
-        self._before = [each.initial_guess for each in wheel._frictionless]
+        self._pressures = wheel._pressures
         return wheel._search.propose()
 
     def _move_to(self, z: float) -> None:
@@ -187,8 +189,8 @@ class WheelOnElements:
     def _press(self) -> None:
         """The contacts without friction, and what they bear."""
         bare = [each.scene.without_friction for each in self._patches]
-        near = [each.initial_guess for each in self._frictionless] or self._before
-        self._frictionless = self._contacts_of(bare, near, pressing=True)
+        self._frictionless = self._contacts_of(bare, self._pressures, pressing=True)
+        self._pressures = [each.initial_guess for each in self._frictionless]
         self._operators = [each.disc.operators for each in self._frictionless]
         forces = [each.force for each in self._frictionless]
         self._search.learn_normal(vertical(self._frames, forces, False))
@@ -200,8 +202,9 @@ class WheelOnElements:
         (contact,) = self._frictionless
         (patch,) = self._patches
         cosine = float(patch.frame.axes[2, 2])
-        approach = contact.approach_under(self._search.goal / cosine)
-        self._search.expect(self._search.z + (approach - patch.approach) / cosine)
+        loaded = contact.under(self._search.goal / cosine)
+        self._search.expect(self._search.z + (loaded.approach - patch.approach) / cosine)
+        self._pressures = [loaded.initial_guess]
 
     def _with_pressures(self) -> list[ContactOnGrid]:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
@@ -256,10 +259,9 @@ class WheelOnElements:
 
     @property
     def _traction_starts(self) -> list[Solution | InitialGuess]:
-        contacts = self._contacts
-        if not contacts and self._before:
-            return list(self._before)
-        return [each.initial_guess for each in contacts or self._frictionless]
+        if not self._contacts and self._before:
+            return self._before
+        return [each.initial_guess for each in self._contacts or self._frictionless]
 
     @property
     def _scenes(self) -> list[Scene]:
