@@ -95,6 +95,11 @@ class BearingHeight:
         normal, known = self._known
         return normal * (self._load / known) ** (1 / self._power)
 
+    @property
+    def expects(self) -> bool:
+        """True if patches told the next height."""
+        return math.isfinite(self._expected)
+
     def expect(self, z: float) -> None:
         """The height at which the patches of the last one bear the goal.
 
@@ -183,7 +188,7 @@ class BearingHeight:
         if abs(moved) > LITTLE * (self.z - touching):
             self._slope = (values[-1] - values[-2]) / moved
         step = math.inf
-        if math.isfinite(self._expected):
+        if self.expects:
             step = self._expected
             self._expected = math.nan
         elif self._slope > 0:

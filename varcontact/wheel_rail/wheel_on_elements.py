@@ -14,7 +14,7 @@ from varcontact.kinematics import Frame
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse
+from varcontact.scene.surfaces import Ellipse, SampledDistance
 from varcontact.solvers.interface import check_time
 from varcontact.solving.on_grid import ContactOnGrid, InitialGuess
 from varcontact.solving.options import SolveOptions
@@ -31,7 +31,7 @@ ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
 jump.
 """
-ACROSS_FIRST = 16
+ACROSS_FIRST = 8
 """Elements across the overlap of all patches, with which the first height is found."""
 COARSER = 4.0
 """Ratio of the areas of elements from which coarse ones are worth their own geometry."""
@@ -171,11 +171,10 @@ class WheelOnElements:
             return self._search.z
         coarse = case.with_sides(coarse_dx, coarse_dy)
         wheel = WheelOnElements(coarse, self._tol, self._methods, deadline=self._deadline)
-        while not wheel._search.near:
-            wheel._expect_goal()
+        while not (wheel._search.near or wheel._search.expects):
             wheel._move_to(wheel._search.propose())
             wheel._press()
-        wheel._expect_goal()
+            wheel._expect_goal()
         self._pressures = wheel._pressures
         return wheel._search.propose()
 
@@ -189,7 +188,8 @@ class WheelOnElements:
     def _press(self) -> None:
         """The contacts without friction, and what they bear."""
         bare = [each.scene.without_friction for each in self._patches]
-        self._frictionless = self._contacts_of(bare, self._pressures, pressing=True)
+        starts = self._pressures or [_hertzian(each, self._case) for each in self._patches]
+        self._frictionless = self._contacts_of(bare, starts, pressing=True)
         self._pressures = [each.initial_guess for each in self._frictionless]
         self._operators = [each.disc.operators for each in self._frictionless]
         forces = [each.force for each in self._frictionless]
@@ -290,6 +290,19 @@ def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[C
             each = replace(each, scene=with_interaction(each.scene, each.interactions))
         patches.append(each)
     return tuple(patches)
+
+
+def _hertzian(patch: ContactPatch, case: WheelGeometry) -> InitialGuess:
+    """Pressures like Hertz's where the bodies overlap by half of the approach or more."""
+    grid = patch.scene.own_grid
+    surface = patch.scene.surface
+    assert isinstance(surface, SampledDistance)
+    overlap = np.maximum(1 - 2 * surface.distance(grid) / patch.approach, 0.0)
+    radius = math.sqrt(np.count_nonzero(overlap) * grid.area / math.pi)
+    modulus = case.bodies.combined_G / (1 - case.bodies.combined_nu)
+    peak = 2 / math.pi * modulus * patch.approach / radius
+    still = np.zeros((2, *grid.shape))
+    return InitialGuess(grid, peak * np.sqrt(overlap), patch.approach, still, (0.0, 0.0))
 
 
 def _each_of(known: Sequence[Known], scenes: Sequence[Scene]) -> list[Known | None]:

@@ -52,7 +52,7 @@ STEP_PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)
 """Parts of a Newton step that the line search of the safeguarded version tries in turn."""
 SLIP_PRODUCTS_MAX = 60
 """Products at most for tractions that slip all over."""
-SLIP_DENSE_ELEMENTS = 100
+SLIP_DENSE_ELEMENTS = 150
 """Elements up to which their own matrix is faster than a product on the grid."""
 SLIP_RATIO_MAX = 0.6
 """Ratio of a change to the one before from which Newton's method is faster."""
@@ -376,7 +376,8 @@ def full_slip(
         if change <= SLIP_CHANGE_MIN or not change < SLIP_RATIO_MAX * last_change:
             break
         last_change = change
-    residual = tangential_residual(problem, traction, rigid)
+    shift = elastic(traction) + problem.rigid_shift
+    residual = tangential_residual(problem, traction, rigid, shift)
     if not residual <= SLIP_RESIDUAL_SOLVED:
         return None
     return RawSolution(traction, rigid, count, "Solved")
