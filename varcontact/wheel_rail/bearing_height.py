@@ -19,11 +19,11 @@ ROUNDING = 1e-15
 """Rounding of heights, relative to the radius of the wheel, from which they are computed."""
 FIRST_MISSING = 0.01
 """Part of the load that may be missing where tractions are solved for at first."""
-MISSING_OF_LAST = 1e-3
+MISSING_OF_LAST = 0.2
 """The same, relative to the part that was missing when they were solved for last."""
 POWERS = 0.2, 5.0
 """Least and largest power of normal forces that the vertical force is taken for."""
-CHANGES = 0.9, 1.1
+CHANGES = 0.8, 1.25
 """Least and largest change of forces by a step, relative to that of patches which stay as they
 are."""
 LITTLE = 1e-4
@@ -68,9 +68,11 @@ class BearingHeight:
         if self._mixed:
             self._enough = FIRST_MISSING
         self._excess = math.inf
-        # where the patches of the last height bear the goal, and the goal of those before
+        # where the patches of the last height bear the goal, the goal of those before, and what
+        # forces changed by the step, relative to what was expected
         self._expected = math.nan
         self._last_goal = math.nan
+        self._change = 1.0
 
     def _first(self, start: float | None) -> float:
         """The height to begin with: given, of another position, or that of Hertz's contact of a
@@ -106,11 +108,11 @@ class BearingHeight:
         Patches change with the height: they are taken to make the same part of the change of forces
         as at the last step.
         """
-        change = 1.0
-        if math.isfinite(self._last_goal):
-            before, last = (force for _, force in self._tried[-2:])
+        before, last = (force for _, force in self._tried[-2:])
+        if abs(self._last_goal - before) > LITTLE * before:
             change = (last - before) / (self._last_goal - before)
-        self._expected = self.z + (z - self.z) / float(np.clip(change, *CHANGES))
+            self._change = float(np.clip(change, *CHANGES))
+        self._expected = self.z + (z - self.z) / self._change
         self._last_goal = self.goal
 
     def propose(self) -> float:

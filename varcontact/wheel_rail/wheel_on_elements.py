@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from varcontact.discrete.operators import Operators
+from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -30,6 +32,10 @@ Known = TypeVar("Known")
 ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
 jump.
+"""
+STEEP = 0.9
+"""Cosine of the contact angle below which a patch on elements moves with the height too far to tell
+the next one.
 """
 ACROSS_FIRST = 8
 """Elements across the overlap of all patches, with which the first height is found."""
@@ -157,8 +163,8 @@ class WheelOnElements:
     def _first_height(self) -> float:
         """The height at which normal forces on coarse elements bear the load."""
         case = self._case
-        if case.z is not None:
-            return case.z
+        if case.z is not None or case.curved:
+            return self._search.z
         # elements on the overlap
         overlaps = case.locus.overlaps(self._search.z)
         along = np.ptp(np.concatenate([each.ends.ravel() for each in overlaps]))
@@ -171,12 +177,20 @@ class WheelOnElements:
             return self._search.z
         coarse = case.with_sides(coarse_dx, coarse_dy)
         wheel = WheelOnElements(coarse, self._tol, self._methods, deadline=self._deadline)
-        while not (wheel._search.near or wheel._search.expects):
-            wheel._move_to(wheel._search.propose())
-            wheel._press()
-            wheel._expect_goal()
-        self._pressures = wheel._pressures
-        return wheel._search.propose()
+        # coarse elements may miss what fine ones have
+        with suppress(NotConverged, SceneError):
+            z = wheel._height_by_pressures()
+            self._pressures = wheel._pressures
+            return z
+        return self._search.z
+
+    def _height_by_pressures(self) -> float:
+        """A height at which normal forces are near the load."""
+        while not (self._search.near or self._search.expects):
+            self._move_to(self._search.propose())
+            self._press()
+            self._expect_goal()
+        return self._search.propose()
 
     def _move_to(self, z: float) -> None:
         patches = patches_at(self._case, z)
@@ -202,6 +216,8 @@ class WheelOnElements:
         (contact,) = self._frictionless
         (patch,) = self._patches
         cosine = float(patch.frame.axes[2, 2])
+        if cosine < STEEP:
+            return
         loaded = contact.under(self._search.goal / cosine)
         self._search.expect(self._search.z + (loaded.approach - patch.approach) / cosine)
         self._pressures = [loaded.initial_guess]
