@@ -109,8 +109,9 @@ def test_the_solution_of_another_position_changes_nothing_as_a_start(more):
         assert found.z == pytest.approx(alone.z, abs=1e-9)
         assert found.force == pytest.approx(alone.force, rel=1e-7)
     assert found.rounds <= alone.rounds
+    # of the last height, to which the one before may have been nearer
     counts = [each.patches[0].solution.iterations["tangential"] for each in (found, alone)]
-    assert counts[0] <= counts[1]
+    assert counts[0] <= counts[1] + 1
 
 
 @pytest.mark.long
