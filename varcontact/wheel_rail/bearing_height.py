@@ -19,6 +19,8 @@ ROUNDING = 1e-15
 """Rounding of heights, relative to the radius of the wheel, from which they are computed."""
 FIRST_MISSING = 0.01
 """Part of the load that may be missing where tractions are solved for at first."""
+MISSING = 5e-4
+"""The same where it is known what they carry in another position."""
 MISSING_OF_LAST = 0.2
 """The same, relative to the part that was missing when they were solved for last."""
 POWERS = 0.2, 5.0
@@ -66,7 +68,7 @@ class BearingHeight:
         self._mixed = case.tractions_bear_load
         self._enough = tol
         if self._mixed:
-            self._enough = FIRST_MISSING
+            self._enough = MISSING if known else FIRST_MISSING
         self._excess = math.inf
         # where the patches of the last height bear the goal, the goal of those before, and what
         # forces changed by the step, relative to what was expected

@@ -87,7 +87,7 @@ class Locus:
         return float(self.gap.min())
 
     def part(self, run: slice) -> Locus:
-        """Some neighbouring circles, without planes across the track."""
+        """The circles of a `run`, without planes across the track."""
         return Locus(
             self.s[run],
             self.theta[run],

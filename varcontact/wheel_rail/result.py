@@ -226,7 +226,7 @@ class WheelRailSolution(Reported, WheelForces):
         ...     wheelset=WheelSet(wheel=Profile.s1002()),
         ...     position=Position(y=3.0), vertical_force=80e3)
         >>> print(case.solve(accuracy=0.02).report().splitlines()[1])
-        forces on the rail: Fx = -13.91 +- 0.13 kN, Fy = 1.84 +- 0.20 kN, Fz = 80 kN
+        forces on the rail: Fx = -13.91 +- 0.13 kN, Fy = 1.84 +- 0.20 kN, Fz = 80.0001 kN
         """
         at = self.position
         lines = [f"WARNING: {text}" for text in self.warnings]
