@@ -314,11 +314,16 @@ print([name for name in {unused} if name in sys.modules])
 
 
 @pytest.mark.long
-def test_a_solve_without_a_picture_imports_nothing_that_draws(folder):
-    command = [sys.executable, "-X", "importtime", "-m", "varcontact", "solve", "scene.toml"]
+@pytest.mark.parametrize(("words", "unused"), [
+    ("solve scene.toml", "matplotlib|xarray|pandas|cvxpy|scipy.special"),
+    ("wheelrail wheel.toml", "matplotlib|xarray|pandas|cvxpy"),
+])  # fmt: skip
+def test_a_command_without_a_picture_imports_nothing_that_draws_or_tabulates(folder, words, unused):
+    (folder / "wheel.toml").write_text(CASE)
+    command = [sys.executable, "-X", "importtime", "-m", "varcontact", *words.split()]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
     assert "varcontact.solving.on_grid" in done.stderr
-    assert not re.search(r"\| +(matplotlib|xarray|pandas|cvxpy)\b", done.stderr)
+    assert not re.search(rf"\| +({unused})\b", done.stderr)
 
 
 @pytest.mark.long

@@ -10,17 +10,18 @@ import typer
 from typer.testing import CliRunner
 
 import varcontact as vc
-from varcontact.cli import app
+from varcontact.cli import whole_app
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving.methods import COUPLINGS, FORMULATIONS, METHODS
 from varcontact.theories.on_grid import THEORIES
 
 METHODS_PAGE = (Path(__file__).parents[1] / "docs/methods.md").read_text()
-COMMANDS = sorted(typer.main.get_command(app).commands)
+APP = whole_app()
+COMMANDS = sorted(typer.main.get_command(APP).commands)
 
 
 def said(*arguments):
-    done = CliRunner().invoke(app, arguments)
+    done = CliRunner().invoke(APP, arguments)
     assert done.exit_code == 0, done.output
     return done.stdout
 
@@ -37,7 +38,7 @@ def test_help(command):
     text = said(command, "--help")
     assert text.splitlines()[0].split()[0] == "Usage:"
     assert f"Example: varcontact {command} " in text
-    for option in typer.main.get_command(app).commands[command].params:
+    for option in typer.main.get_command(APP).commands[command].params:
         assert option.hidden or all(name in text for name in option.opts if name.startswith("--"))
         assert option.hidden or option.help.split()[0] in text
 

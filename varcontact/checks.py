@@ -193,6 +193,8 @@ def poisson(value: Any, field: str = "nu") -> np.ndarray:
 
 def positives(field: str, value: Any, allowed: str = "positive, finite numbers") -> np.ndarray:
     """Finite numbers above zero, of any shape."""
+    if type(value) is float and SMALL <= value <= LARGE:
+        return np.array(value)
     result = numbers(field, value, allowed)
     if not np.all(result >= SMALL):
         require_all(field, result, result > 0, allowed)

@@ -118,15 +118,16 @@ def along_rows(own: np.ndarray, columns: float, fresh: float, join: Join) -> np.
     columns = min(max(columns, 1.0), float(nx))
     whole = int(columns)
     part = columns % 1.0
-    room = [(0, 0)] * (own.ndim - 1) + [(0, nx + 1)]
-    values = np.pad(own, room, constant_values=fresh)
+    # columns first: each is then one piece of memory
+    values = np.full((2 * nx + 1, *own.shape[:-1]), fresh, own.dtype)
+    values[:nx] = np.moveaxis(own, -1, 0)
     for i in range(nx - 1, -1, -1):
-        before = values[..., i + whole]
+        before = values[i + whole]
         if part > 0:
             # linear between the centres of two elements
-            before = before + part * (values[..., i + whole + 1] - before)
-        values[..., i] = join(before, values[..., i])
-    return np.asarray(values[..., :nx])
+            before = before + part * (values[i + whole + 1] - before)
+        values[i] = join(before, values[i])
+    return np.moveaxis(values[:nx], 0, -1)
 
 
 def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0) -> np.ndarray:
@@ -138,12 +139,11 @@ def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0)
     nx = field.shape[-1]
     columns = max(-nx - 1.0, min(nx + 1.0, columns))
     whole = math.floor(columns)
-    room = [(0, 0)] * (field.ndim - 1) + [(nx + 1, nx + 2)]
-    if beyond is None:
-        padded = np.pad(field, room, mode="edge")
-    else:
-        padded = np.pad(field, room, constant_values=beyond)
     first = nx + 1 + whole
+    padded = np.empty((*field.shape[:-1], 3 * nx + 3), field.dtype)
+    padded[..., : nx + 1] = field[..., :1] if beyond is None else beyond
+    padded[..., nx + 1 : 2 * nx + 1] = field
+    padded[..., 2 * nx + 1 :] = field[..., -1:] if beyond is None else beyond
     near = padded[..., first : first + nx]
     if columns == whole:
         return near

@@ -14,6 +14,7 @@ from varcontact.discrete.contact_grid import PotentialContact
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.residuals import gap, normal_gap, normal_residual, tangential_residual
 from varcontact.discrete.state import ContactState
+from varcontact.discrete.stick_slip import ContactResponse
 from varcontact.interfaces.potential import project
 from varcontact.solvers.active_set.norm import norm
 
@@ -321,6 +322,8 @@ def test_no_number_is_no_small_residual(rolling):
         np.where(np.isclose(sol.pressure, sol.pressure.max()), np.nan, 0),
     ):
         bad = np.broadcast_to(bad, sol.traction.shape)
-        certificate = certificate_of(disc, ContactState(pressure, 0.0, bad, STILL), True)
+        certificate = certificate_of(
+            ContactResponse(disc, ContactState(pressure, 0.0, bad, STILL)), True
+        )
         assert not certificate.residual <= 1.0
         assert not certificate.tangential_residual <= 1.0

@@ -8,10 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import dblquad, quad
+from scipy.special import elliprd, elliprf, elliprg
 
 import varcontact as vc
 from tests.scenes import refusals
 from varcontact.reference import cattaneo_mindlin, elliptic_integrals, hertz, hertz_ellipse
+from varcontact.reference.hertz import complete_integral
 
 STEEL = vc.Bodies(G=82e9, nu=0.28)
 
@@ -47,6 +49,21 @@ def test_elliptic_integrals_by_quadrature(ratio):
         breaks = np.pi / 2 - np.array([np.pi / 2, 1e-1, 1e-3, 1e-5, 1e-7, 0.0])
         value = sum(quad(integrand, a, b, epsrel=1e-12)[0] for a, b in pairwise(breaks))
         assert getattr(integrals, name) == pytest.approx(value, rel=1e-9), name
+
+
+@pytest.mark.parametrize("ratio", [1e-100, 1e-30, 1e-6, 0.03, 0.5, 0.99999, 1.0])
+def test_elliptic_integrals_to_rounding(ratio):
+    """Against Carlson's symmetric forms."""
+    integrals = elliptic_integrals(ratio)
+    k2 = ratio**2
+    carlson = {
+        "B": k2 * elliprd(0, 1, k2) / 3,
+        "D": elliprd(0, k2, 1) / 3,
+        "E": 2 * elliprg(0, k2, 1),
+        "K": elliprf(0, k2, 1),
+    }
+    for name, value in carlson.items():
+        assert getattr(integrals, name) == pytest.approx(value, rel=5e-15), name
 
 
 @pytest.mark.parametrize("t", [2, 10, 40, 70, 88, 90])
@@ -238,3 +255,7 @@ def test_shift_is_the_displacement_in_the_middle():
 def test_saturated():
     with pytest.raises(vc.Saturated, match=r"0\.04"):
         cattaneo_mindlin(PRESSED, ALIKE, 0.4, 0.05)
+
+
+def test_integrals_of_no_number_end():
+    assert np.isnan(complete_integral(np.nan, 1.0, 1.0))

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import varcontact as vc
 from tests.scenes import refused
-from varcontact.cli import app
+from varcontact.cli import whole_app
 
 FIELDS = ("pressure", "traction", "slip", "distance", "state", "force", "approach", "creepage")
 BALL = vc.Paraboloids(10.0, 10.0)
@@ -394,7 +394,7 @@ def test_from_the_command_line(tmp_path, pictures):
         "--plot",
         str(tmp_path / "history.png"),
     ]
-    first = CliRunner().invoke(app, call)
+    first = CliRunner().invoke(whole_app(), call)
     assert first.exit_code == 0, first.output
     result, history = json.loads(first.stdout), vc.load(out)
     assert result["steps"] == result["finished"] == 3
@@ -406,6 +406,6 @@ def test_from_the_command_line(tmp_path, pictures):
     forces = next(line for line in pictures[0].axes[0].get_lines() if line.get_label() == "$F_x$")
     np.testing.assert_allclose(forces.get_data(), [history.rolled, 1e3 * history.force[:, 0]])
     assert pictures[0].axes[0].get_ylabel() == "tangential force [$10^{-3}$]"
-    assert json.loads(CliRunner().invoke(app, call).stdout) == result
+    assert json.loads(CliRunner().invoke(whole_app(), call).stdout) == result
     later, _ = vc.read_scene(write(tmp_path, more='start = "history.nc"'))
     np.testing.assert_array_equal(later.motion.start.traction, history[-1].traction)

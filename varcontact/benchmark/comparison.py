@@ -27,6 +27,7 @@ from varcontact.benchmark.trials import GROUPS, OUTCOMES, Process, Trial, trials
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable
 from varcontact.html import Reported
 from varcontact.study.csv_table import Table, cell, columns_of_text, of_another, plain_rows
+from varcontact.system.process import imported
 from varcontact.system.progress import Progress
 
 if TYPE_CHECKING:
@@ -116,6 +117,7 @@ def benchmark_solvers(
     limit = checks.positive("limit", limit)
     report = checks.progress(progress)
     made = partial(SolverComparison.of, problems=problems, solvers=chosen, tols=tolerances)
+    imported("pandas")  # now: after Ctrl-C it would be waited for
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         _check_table(table, limit)
         measured = {_key(row) for row in table.rows}

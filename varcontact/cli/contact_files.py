@@ -19,38 +19,36 @@ from varcontact.study.contact_comparison import Compared
 from varcontact.study.contact_suite import FileCompared, page_of, report_of, tenths
 
 
-def compared(path: Path, options: dict[str, Any], as_json: bool) -> bool:
-    """Solve all cases of a file, where that is asked for by `options`, which are taken out; print
-    their table, or the comparison, which sets the exit status.
+def solve_all(
+    path: Path, compare: Path | None, table: bool | None, save: Path | None, as_json: bool
+) -> None:
+    """Solve all cases of a file; print their table, or how they compare with an output of CONTACT,
+    which sets the exit status.
     """
-    output, as_table, save = (options.pop(name, None) for name in opt.CONTACT)
-    if output is None and not as_table and save is None:
-        return False
     _check_ending(path)
     printed = {}
-    if output is not None:
-        printed = {each.case: each for each in vc.read_contact_output(output)}
+    if compare is not None:
+        printed = {each.case: each for each in vc.read_contact_output(compare)}
     if save is not None:
         save.mkdir(parents=True, exist_ok=True)
     started = time.process_time()
     with progress_line() as progress:
         rows, tables = _all_cases(path, printed, save, progress)
     seconds = time.process_time() - started
-    if as_table:
+    if table:
         show("\n\n".join(tables))
-    if output is None:
-        return True
+    if compare is None:
+        return
     if as_json:
         found = comparison.table_of(rows).to_dict("records")
         show(json.dumps(found, indent=2, default=float))
     else:
         show(comparison.report(rows))
-        show(f"seconds: {tenths(published_seconds(output))} theirs, {tenths(seconds)} ours")
+        show(f"seconds: {tenths(published_seconds(compare))} theirs, {tenths(seconds)} ours")
     counts = comparison.summary_of(rows)
     unequal = counts[comparison.DIFFERENT] + counts[comparison.NOT_RUN]
     if unequal:
         fail(f"{unequal} of {sum(counts.values())} cases are not equal, see the table", NOT_SOLVED)
-    return True
 
 
 def _check_ending(path: Path) -> None:

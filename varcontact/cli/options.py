@@ -119,6 +119,11 @@ def given(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
+def for_contact(options: dict[str, Any]) -> dict[str, Any]:
+    """Take what is asked for all cases of an input file of CONTACT out of options."""
+    return {name: options.pop(name) for name in CONTACT}
+
+
 def ranges_of(options: dict[str, Any]) -> dict[str, Any]:
     """Take the creepages out of options that are given: the values of each."""
     return {

@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 import varcontact as vc
 from varcontact.cli import options as opt
-from varcontact.cli.contact_files import compared
 from varcontact.cli.options import given
 from varcontact.cli.terminal import check_outputs, draw, progress_line, show, stop
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
@@ -40,7 +39,11 @@ def solve(
     """Solve one scene and report forces, areas and the certificate; or all cases of CONTACT's
     input file, compared with its output.
     """
-    if compared(scene, options, as_json):
+    for_contact = opt.for_contact(options)
+    if any(for_contact.values()):
+        from varcontact.cli.contact_files import solve_all
+
+        solve_all(scene, **for_contact, as_json=as_json)
         return
     from varcontact.io.history import check_history_file
     from varcontact.io.solution import FORMATS, check_solution_file

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import varcontact as vc
+from varcontact import checks
 from varcontact.cli import options as opt
-from varcontact.cli.contact_files import compared
 from varcontact.cli.options import given
 from varcontact.cli.terminal import NOT_SOLVED, check_outputs, draw, fail, study
 from varcontact.errors import SceneError
-
-if TYPE_CHECKING:
-    import pandas as pd
+from varcontact.system.progress import Progress
 
 
 @opt.takes("tangential", *opt.TARGET, *opt.CONTACT)
@@ -38,10 +35,15 @@ def wheelrail(
     """Find contact patches, creepages and forces of a wheel on a rail, or of a wheel set, in mm, N
     and rad.
     """
-    if compared(case, options, as_json):
+    for_contact = opt.for_contact(options)
+    if any(for_contact.values()):
+        from varcontact.cli.contact_files import solve_all
+
+        solve_all(case, **for_contact, as_json=as_json)
         return
-    from varcontact.study.csv_table import as_json as table_as_json
-    from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
+    from varcontact.study.csv_table import rows_as_json
+    from varcontact.study.parallel import Execution
+    from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_rows
 
     check_outputs(out, plot, [case], force)
     check_outputs(None, plot_wear, [each for each in (case, out, plot) if each is not None], force)
@@ -60,14 +62,18 @@ def wheelrail(
             "--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one"
         )
     found: deque[vc.wheel_rail.WheelRailSolution | vc.wheel_rail.WheelSetSolution] = deque(maxlen=1)
-    work = partial(solve_cases, read, out, solved=found.append, workers=workers)
-    found_table = study(
-        work, table_as_json if as_json else _report, out, "--out FILE.csv", "wheels"
-    )
+
+    def work(progress: Progress) -> list[dict[str, Any]]:
+        execution = Execution(None, workers, checks.progress(progress))
+        return solve_rows(read, out, execution, found.append)
+
+    rows = study(work, rows_as_json if as_json else _report, out, "--out FILE.csv", "wheels")
     if len(read.cases) > 1 and plot is not None:
+        import pandas as pd
+
         from varcontact.wheel_rail.plots import plot_positions
 
-        draw(plot, plot_positions, found_table)
+        draw(plot, plot_positions, pd.DataFrame(rows))
     elif len(read.cases) == 1 and (plot is not None or plot_wear is not None):
         # unless the table had it from last time
         solution = found[0] if found else read.cases[0].solve(**read.options)
@@ -80,22 +86,20 @@ def wheelrail(
                     "left out: it is for one wheel, not for a wheel set",
                 )
             draw(plot_wear, vc.wheel_rail.wear(solution, read.archard).plot)
-    failed = int((found_table["outcome"] != "solved").sum())
+    failed = sum(row["outcome"] != "solved" for row in rows)
     if failed:
         fail(f"{failed} of {len(read.cases)} wheels are not solved, see the table", NOT_SOLVED)
 
 
-def _report(table: pd.DataFrame) -> str:
+def _report(rows: list[dict[str, Any]]) -> str:
     from varcontact.study.csv_table import rows_of_text
     from varcontact.wheel_rail.quantities import printed_columns
 
-    solved = table[table["outcome"] == "solved"]
-    lines = (
-        rows_of_text(solved.to_dict("records"), printed_columns(), "error_{}")
-        if len(solved)
-        else []
-    )
-    for row in table.to_dict("records"):
+    solved = [row for row in rows if row["outcome"] == "solved"]
+    lines = []
+    if solved:
+        lines = rows_of_text(solved, printed_columns(), "error_{}")
+    for row in rows:
         words = row["reason"] or (row["warnings"] if row["patch"] == 1 else "")
         if words:
             lines.append(f"position {row['position']}, {row['side']}, {row['outcome']}: {words}")

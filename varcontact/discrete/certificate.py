@@ -24,11 +24,12 @@ from varcontact.discrete.residuals import (
     gap,
     normal_gap,
     normal_residual,
+    outside_friction,
     residual_on_grid,
     worst,
 )
 from varcontact.discrete.state import ContactState, means, normal_as_solved
-from varcontact.discrete.stick_slip import with_implied_fields
+from varcontact.discrete.stick_slip import ContactResponse, with_implied_fields
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.html import in_rows, preformatted
 from varcontact.interfaces.potential import ROUNDING, magnitude, project
@@ -91,9 +92,8 @@ class Certificate:
         Level that was requested: everything; no bound on the forces; the residuals
         alone.
     bounds : ForceBounds or callable
-        The bounds on the forces, or what computes them. Newton's method without
-        a matrix and theories are faster than that: by default they are computed
-        after these when they are first asked for.
+        The bounds on the forces, or what computes them: by default they are
+        computed when they are first asked for.
     """
 
     gap: float
@@ -173,19 +173,20 @@ class Certificate:
 
 
 def certificate_of(
-    disc: Discretisation,
-    state: ContactState,
+    response: ContactResponse,
     closed_form: bool,
     level: str = "full",
     lazily: bool = False,
 ) -> Certificate:
-    """The certificate of a contact state; with a `closed_form`, Hertz's pressure is taken as given.
+    """The certificate of a contact state by its response; with a `closed_form`, Hertz's pressure is
+    taken as given.
 
     Both problems are judged with the other's final tractions: the residual is that of the whole,
     without the normal one where the pressure is a closed form that is asked for. The `level` is one
     of `LEVELS`, or "auto"; `lazily` bounds on forces are left to when they are asked for.
     """
-    disc = with_implied_fields(disc, state)
+    state = response.state
+    disc = with_implied_fields(response.disc, state)
     normal, pressure, approach = normal_as_solved(
         disc, state.pressure, state.approach, state.traction
     )
@@ -195,7 +196,10 @@ def certificate_of(
     if level == "auto":
         level = _default_level(disc, tangential)
     # normal problem, under the final tractions
-    elastic = normal.operator.apply(pressure[None])[0]
+    if disc.subgrid is None:
+        elastic = response.distance.ravel()
+    else:
+        elastic = normal.operator.apply(pressure[None])[0]
     normal_error = normal_residual(normal, pressure, approach, elastic)
     absolute = relative_gap = normal_relative = np.nan
     if level != "none":
@@ -205,16 +209,18 @@ def certificate_of(
     if tangential is None:
         tangential_error = float(np.any(state.traction))  # no friction can carry it: all is error
     else:
-        tangential_error = residual_on_grid(tangential, state)
+        shift = None
+        if outside_friction(tangential, state) == 0:
+            shift = tangential.of_grid(response.shift, state.rigid)[0]
+        tangential_error = residual_on_grid(tangential, state, shift)
     residual = worst(tangential_error, normal_error)
     if tangential is not None and tangential.size > 0:
-        coupling_error = coupling_residual(disc, normal, tangential, state, approach)
+        coupling_error = coupling_residual(disc, normal, tangential, state, approach, elastic)
         residual = worst(residual, coupling_error)
         if closed_form:
             residual = tangential_error
         if level != "none":
-            tractions, shifts = tangential.of_grid(state.traction, state.rigid)
-            absolute, relative_gap = gap(tangential, project(tractions, tangential.bound), shifts)
+            absolute, relative_gap = _gap(tangential, state, shift)
     # bounds on the forces
     bounds: ForceBounds | Callable[[], ForceBounds] = NO_BOUNDS
     if level == "full":
@@ -231,6 +237,18 @@ def certificate_of(
         level=level,
         bounds=bounds,
     )
+
+
+def _gap(
+    problem: TangentialProblem, state: ContactState, shift: np.ndarray | None
+) -> tuple[float, float]:
+    """The duality gap of a state, for tractions within the bound; with its E (c, n) where that is
+    known.
+    """
+    tractions, rigid = problem.of_grid(state.traction, state.rigid)
+    if np.all(magnitude(tractions) <= (1 + ROUNDING) * problem.bound):
+        return gap(problem, tractions, rigid, shift)
+    return gap(problem, project(tractions, problem.bound), rigid)
 
 
 def _default_level(disc: Discretisation, tangential: TangentialProblem | None) -> str:

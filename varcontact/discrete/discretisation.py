@@ -197,7 +197,7 @@ class Discretisation:
     @lazy_property
     def points(self) -> np.ndarray:
         """Dimensionless x and y of the element centres, (2, ny, nx)."""
-        return np.array(np.meshgrid(self.lattice.x, self.lattice.y))
+        return self.lattice.centres
 
     @property
     def surroundings(self) -> Surroundings:
@@ -501,8 +501,7 @@ class Discretisation:
         """Directions of a tangential problem: both where elasticity couples them, else those in
         which anything moves.
         """
-        between = self.tangential_operator.between((0,), (1,))
-        if between.largest != 0 or between.smallest != 0:
+        if self.tangential_operator.couples(0, 1):
             return 0, 1
         moving = [
             i

@@ -13,6 +13,7 @@ import numpy as np
 from varcontact.discrete.positive_definite import PositiveDefinite, positive_definite
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Potential, magnitude
+from varcontact.system.process import changed
 
 ROUNDING = 1e-12
 """Differences of mirror images, relative to the largest value, that count as rounding."""
@@ -53,7 +54,7 @@ class NormalProblem:
             highest = self.distance.min() + largest * self.force / self.area
         inside = self.distance < highest
         operator = self.operator.grid_operator.on(self.operator.elements[inside])
-        return replace(self, operator=operator, distance=self.distance[inside])
+        return changed(self, operator=operator, distance=self.distance[inside])
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,7 +222,7 @@ class Mirror:
         instant = problem.instant
         if instant is not None:
             instant = self._folded(instant)
-        return replace(
+        return changed(
             problem,
             operator=self._folded(problem.operator),
             instant=instant,
@@ -236,7 +237,7 @@ class Mirror:
         traction = np.empty((2, 2 * self.half.size))
         traction[:, self.half] = raw.traction
         traction[:, self.images] = raw.traction * np.array(self.signs)[:, None]
-        return replace(raw, traction=traction)
+        return changed(raw, traction=traction)
 
     def _folded(self, operator: RestrictedOperator) -> FoldedOperator:
         """The operator on the elements of one side."""

@@ -7,7 +7,6 @@ for tractions from any source: no solver's word enters.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from varcontact.discrete.state import ContactState, normal_as_solved
 from varcontact.discrete.stick_slip import with_implied_fields
 from varcontact.errors import SceneError
 from varcontact.interfaces.potential import magnitude
-from varcontact.system.process import one_blas_thread
+from varcontact.system.process import changed, one_blas_thread
 
 SMALL_TRACTION = 1e-6
 """Part of the traction bound below which the errors of tractions by wrong pressures are measured
@@ -36,24 +35,34 @@ def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, 
     normal, pressure, approach = normal_as_solved(
         disc, state.pressure, state.approach, state.traction
     )
+    elastic = normal.operator.apply(pressure[None])[0]
     tangential = disc.tangential_problem(state.pressure, acting=state.traction)
     return (
-        normal_residual(normal, pressure, approach),
+        normal_residual(normal, pressure, approach, elastic),
         residual_on_grid(tangential, state),
-        coupling_residual(disc, normal, tangential, state, approach),
+        coupling_residual(disc, normal, tangential, state, approach, elastic),
     )
 
 
-def residual_on_grid(problem: TangentialProblem, state: ContactState) -> float:
+def residual_on_grid(
+    problem: TangentialProblem, state: ContactState, shift: np.ndarray | None = None
+) -> float:
     """Residual of the tangential problem, in which tractions where no friction can carry them are
-    all error.
+    all error; with its E (c, n) where that is known.
     """
-    size = magnitude(state.traction.reshape(2, -1))
-    error = relative(np.delete(size, problem.operator.elements).max(initial=0.0), float(size.max()))
+    error = outside_friction(problem, state)
     if problem.size:
         tractions, shifts = problem.of_grid(state.traction, state.rigid)
-        error = worst(error, tangential_residual(problem, tractions, shifts))
+        error = worst(error, tangential_residual(problem, tractions, shifts, shift))
     return error
+
+
+def outside_friction(problem: TangentialProblem, state: ContactState) -> float:
+    """The largest traction where no friction can carry one, relative to the largest of all."""
+    size = magnitude(state.traction.reshape(2, -1))
+    largest = float(size.max())
+    size[problem.operator.elements] = 0.0
+    return relative(float(size.max()), largest)
 
 
 def coupling_residual(
@@ -62,6 +71,7 @@ def coupling_residual(
     tangential: TangentialProblem,
     state: ContactState,
     approach: np.ndarray,
+    elastic: np.ndarray,
 ) -> float:
     """Error of the tractions of unlike bodies by the residual of the normal problem; 0 for like
     bodies.
@@ -77,7 +87,7 @@ def coupling_residual(
         return 0.0
     pressure = state.pressure
     rigid = state.rigid
-    image = _normal_image(normal, pressure.ravel(), approach).reshape(pressure.shape)
+    image = _normal_image(normal, pressure.ravel(), approach, elastic).reshape(pressure.shape)
     # rigid shift where a force is prescribed
     if tangential.size and tangential.free:
         tractions, shifts = tangential.of_grid(state.traction, rigid)
@@ -90,7 +100,7 @@ def coupling_residual(
             rigid = rigid - np.where(np.isin((0, 1), free), mean, 0.0)
     # residual under these pressures
     problem = disc.tangential_problem(image, acting=state.traction)
-    residual = residual_on_grid(problem, replace(state, rigid=rigid))
+    residual = residual_on_grid(problem, changed(state, rigid=rigid))
     largest = float(magnitude(state.traction.reshape(2, -1)).max())
     bound = float(tangential.bound.max(initial=0.0))
     if not np.isfinite(bound):
@@ -175,8 +185,10 @@ def tangential_residual(
     with np.errstate(over="ignore", invalid="ignore"):
         own = problem.operator.diagonal
         image = problem.potential.projected(traction - shift / own, own)
-    size = worst(magnitude(traction).max(), magnitude(image).max())
-    residual = relative(float(magnitude(traction - image).max()), float(size))
+        fields = np.concatenate([traction, image, traction - image], axis=1)
+        *sizes, largest = magnitude(fields).reshape(3, -1).max(axis=1).tolist()
+    size = worst(*sizes)
+    residual = relative(largest, size)
     for i in problem.free:
         force = problem.force[i]
         assert force is not None

@@ -21,6 +21,7 @@ from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.surfaces import Cylinders
+from varcontact.system.process import changed
 
 SQUARE: Cells = (3, 3)
 """Parts of an element along y and x: 2 by 2 and 4 by 4 are as good (docs/sampling.md), and odd
@@ -57,7 +58,7 @@ class ContactState:
 
     def under(self, fields: Mapping[str, np.ndarray]) -> ContactState:
         """The same with implicit fields."""
-        return replace(self, fields={**self.fields, **fields})
+        return changed(self, fields={**self.fields, **fields})
 
 
 def unloaded(grid: Grid) -> ContactState:
@@ -82,7 +83,7 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
             depth = FREE_DEPTH * disc.scales.length
         approach = line_contact(disc.hertz.Rx, disc.bodies, a=disc.hertz.a).approach(depth)
     approach = (approach - disc.base) / disc.scales.displacement
-    return replace(state, pressure=pressure / disc.scales.pressure, approach=approach)
+    return changed(state, pressure=pressure / disc.scales.pressure, approach=approach)
 
 
 def cells_of(edge: str, line: bool) -> Cells:

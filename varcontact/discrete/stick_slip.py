@@ -9,7 +9,7 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
 from varcontact.interfaces.interface import Fields
-from varcontact.system.process import lazy_property
+from varcontact.system.process import changed, lazy_property
 from varcontact.transports import mirrored
 
 EXTERIOR = 0
@@ -19,42 +19,6 @@ PLASTIC = 3
 
 AT_BOUND_TOL = 1e-8
 """Relative distance beyond the bound from which a trial traction slips."""
-
-
-def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
-    """Shift by slip in the contact, (2, ny, nx), dimensionless, and 0, 1, 2, 3 for exterior, stick,
-    slip, plastic.
-
-    An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where
-    traction is at the bound and slip opposes it. The slip is the local shift E, less what flows
-    between the bodies.
-    """
-    shift = local_shift(disc, state)
-    contact = state.pressure > 0
-    areas = contact.astype(np.int8)
-    if disc.loading.motion is None:
-        return shift, areas
-    if state.slips is not None:
-        areas[contact & state.slips] = SLIP
-    elif not disc.interface.unbounded:
-        disc = with_implied_fields(disc, state)
-        potential = disc.potential(state.pressure)
-        slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
-        own = own_influence(disc)
-        trial = state.traction - shift / own
-        size = np.hypot(*trial)
-        noise = 1e-12 * np.abs(trial).max()
-        flows = np.zeros_like(contact)
-        if potential.flow is not None:
-            flows = size > potential.flow.threshold * (1 + AT_BOUND_TOL) + noise
-        beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND_TOL) + noise
-        areas[contact & flows] = PLASTIC
-        areas[contact & beyond] = SLIP
-        areas[contact & beyond & (potential.bound < slip_bound)] = PLASTIC
-    flow = flow_of(disc, state, shift, areas)
-    if flow is not None:
-        shift = shift + flow
-    return shift, areas
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,25 +40,59 @@ class ContactResponse:
     def fields(self) -> Fields:
         return self.state.fields
 
+    @property
+    def acting(self) -> np.ndarray:
+        """Tractions, and where the bodies differ pressures: all that shifts the surfaces."""
+        if self.disc.K == 0:
+            return self.traction
+        return np.concatenate([self.traction, self.pressure[None]])
+
+    @lazy_property
+    def distance(self) -> np.ndarray:
+        """Distance by the pressures, (ny, nx), dimensionless."""
+        return np.asarray(self.disc.operators.normal.apply(self.pressure[None])[0])
+
+    @lazy_property
+    def elastic(self) -> np.ndarray:
+        """Shift by tractions and, where the bodies differ, pressures, (2, ny, nx), dimensionless;
+        without edge compliance.
+        """
+        return _elastic_shift(self.disc, self.acting)
+
     @lazy_property
     def shift(self) -> np.ndarray:
-        return local_shift(self.disc, self.state)
+        """Local shift E in the contact, (2, ny, nx), dimensionless."""
+        disc = self.disc
+        contact = self.pressure > 0
+        if disc.loading.motion is None:
+            return np.zeros((2, *contact.shape))
+        shift = disc.known_shift + self.state.rigid[:, None, None]
+        if not disc.frictionless or disc.K != 0:
+            shift = shift + self.elastic
+        if disc.edge_compliance is not None:
+            shift = shift + disc.edge_compliance * self.traction
+        return np.asarray(shift * contact)
 
     @lazy_property
     def _slip_and_areas(self) -> tuple[np.ndarray, np.ndarray]:
-        return shift_and_areas(self.disc, self.state)
+        return _shift_and_areas(self)
 
     @property
     def slip_shift(self) -> np.ndarray:
         return self._slip_and_areas[0]
 
     @property
+    def areas(self) -> np.ndarray:
+        """0, 1, 2, 3 for exterior, stick, slip, plastic, (ny, nx)."""
+        return self._slip_and_areas[1]
+
+    @property
     def slips(self) -> np.ndarray:
-        return np.asarray(self._slip_and_areas[1] == SLIP)
+        return np.asarray(self.areas == SLIP)
 
     @property
     def sticks(self) -> np.ndarray:
-        return np.asarray(self._slip_and_areas[1] == STICK)
+        return np.asarray(self.areas == STICK)
 
     @lazy_property
     def slip(self) -> np.ndarray:
@@ -102,7 +100,7 @@ class ContactResponse:
 
     @lazy_property
     def flowed(self) -> np.ndarray:
-        flow = flow_of(self.disc, self.state, self.shift, self._slip_and_areas[1])
+        flow = flow_of(self.disc, self.state, self.shift, self.areas)
         if flow is None:
             return np.zeros_like(self.shift)
         return flow
@@ -121,7 +119,7 @@ class ContactResponse:
 
     def work(self) -> np.ndarray:
         """Work lost by friction in the step, by area."""
-        return friction_work(self.disc, self.state, self.slip_shift)
+        return _friction_work(self)
 
     def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
         """Shift by tractions."""
@@ -130,6 +128,44 @@ class ContactResponse:
     def under(self, fields: Fields) -> ContactResponse:
         """The same contact, judged under other implicit fields."""
         return ContactResponse(self.disc.under(fields), self.state)
+
+
+def _shift_and_areas(response: ContactResponse) -> tuple[np.ndarray, np.ndarray]:
+    """Shift by slip in the contact, (2, ny, nx), dimensionless, and 0, 1, 2, 3 for exterior, stick,
+    slip, plastic.
+
+    An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where
+    traction is at the bound and slip opposes it. The slip is the local shift E, less what flows
+    between the bodies.
+    """
+    disc = response.disc
+    state = response.state
+    shift = response.shift
+    contact = state.pressure > 0
+    areas = contact.astype(np.int8)
+    if disc.loading.motion is None:
+        return shift, areas
+    if state.slips is not None:
+        areas[contact & state.slips] = SLIP
+    elif not disc.interface.unbounded:
+        disc = with_implied_fields(disc, state)
+        potential = disc.potential(state.pressure)
+        slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
+        own = response.own_influence
+        trial = state.traction - shift / own
+        size = np.hypot(*trial)
+        noise = 1e-12 * np.abs(trial).max()
+        flows = np.zeros_like(contact)
+        if potential.flow is not None:
+            flows = size > potential.flow.threshold * (1 + AT_BOUND_TOL) + noise
+        beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND_TOL) + noise
+        areas[contact & flows] = PLASTIC
+        areas[contact & beyond] = SLIP
+        areas[contact & beyond & (potential.bound < slip_bound)] = PLASTIC
+    flow = flow_of(disc, state, shift, areas)
+    if flow is not None:
+        shift = shift + flow
+    return shift, areas
 
 
 def with_implied_fields(
@@ -164,29 +200,12 @@ def flow_of(
     return flow.shift(state.traction)
 
 
-def left_fields(disc: Discretisation, state: ContactState) -> Fields:
+def left_fields(response: ContactResponse) -> Fields:
     """Quantities of the particles at the end of a step, dimensionless, by their names."""
-    return disc.interface.leave(ContactResponse(disc, state), disc.surroundings)
+    return response.disc.interface.leave(response, response.disc.surroundings)
 
 
-def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
-    """Local shift E in the contact, (2, ny, nx), dimensionless."""
-    contact = state.pressure > 0
-    shift = np.zeros((2, *contact.shape))
-    if disc.loading.motion is None:
-        return shift
-    shift[:] = disc.known_shift + state.rigid[:, None, None]
-    if not disc.frictionless:
-        shift += disc.tangential_operator.apply(state.traction)
-        if disc.edge_compliance is not None:
-            shift += disc.edge_compliance * state.traction
-    if disc.K != 0:
-        shift += disc.pressure_to_shift.apply(state.pressure[None])
-    shift *= contact
-    return shift
-
-
-def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
+def _friction_work(response: ContactResponse) -> np.ndarray:
     """Work that the tractions p of a state lose by friction in a step, per area, (ny, nx),
     dimensionless.
 
@@ -194,24 +213,21 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     particles there at the end of the step, p' and E' of those at its beginning, with spin in the
     middle of their paths. The sum is the work put in less the elastic energy stored.
     """
+    disc = response.disc
     motion = disc.loading.motion
-    traction = state.traction
+    traction = response.traction
     if motion is None or motion.rolls == 0 or disc.frictionless:
-        if disc.interface.flows:
-            shift = local_shift(disc, state)
+        shift = response.shift if disc.interface.flows else response.slip_shift
         return np.asarray(0.0 - np.sum(traction * shift, axis=0))
     assert disc.step is not None
     rolled = motion.rolls * disc.step
     # elastic part of E and E', and the tractions p'
-    fields = traction
-    if disc.K != 0:
-        fields = np.concatenate([traction, state.pressure[None]])
-    elastic_end = _elastic_shift(disc, fields)
+    elastic_end = response.elastic
     if disc.transport.repeats or not disc.operators.medium.reciprocal:
         traction_start = traction
     else:
         traction_start = np.zeros_like(traction)
-    elastic_start = _elastic_shift_at_start(disc, fields, rolled)
+    elastic_start = _elastic_shift_at_start(disc, response.acting, rolled)
     previous = disc.loading.previous_step
     if previous is not None:
         traction_start = previous.traction[:2]
@@ -223,8 +239,8 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     # rigid part
     scales = disc.scales
     x, y = disc.points
-    path = replace(motion.step(disc.step * scales.length), spin_offset=0.5)
-    free = state.rigid[:, None, None] + disc.slip_of_elements / scales.displacement
+    path = changed(motion.step(disc.step * scales.length), spin_offset=0.5)
+    free = response.state.rigid[:, None, None] + disc.slip_of_elements / scales.displacement
     rigid_end = path.shift(x, y, scales.length) / scales.displacement + free
     rigid_start = path.shift(x - rolled, y, scales.length) / scales.displacement + free
     # work, by the mean of both

@@ -81,6 +81,9 @@ class ElementOperator(GridOperator):
         numbers = self.numbers[list(rows)][:, :, list(columns)]
         return replace(self, table=table, numbers=numbers)
 
+    def couples(self, row: int, column: int) -> bool:
+        return bool(self.numbers[row, :, column].any())
+
     @property
     def smallest(self) -> float:
         return float(self.numbers.min())

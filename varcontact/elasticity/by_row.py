@@ -91,6 +91,9 @@ class RowOperator(GridOperator):
         part = np.ix_(rows, columns)
         return replace(self, table=self.table[part], numbers=self.numbers[part])
 
+    def couples(self, row: int, column: int) -> bool:
+        return bool(self.numbers[row, column].any())
+
     @property
     def smallest(self) -> float:
         return float(self.numbers.min())

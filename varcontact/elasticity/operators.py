@@ -191,12 +191,16 @@ class GridOperator:
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         return replace(self, table=self.table[np.ix_(rows, columns)])
 
-    @property
+    def couples(self, row: int, column: int) -> bool:
+        """True where tractions along a direction (`column`) move anything along another (`row`)."""
+        return bool(self.table[row, column].any())
+
+    @lazy_property
     def smallest(self) -> float:
         """The smallest influence number."""
         return float(self.table.min())
 
-    @property
+    @lazy_property
     def largest(self) -> float:
         """The largest influence number; of a symmetric positive definite operator an element's
         influence on itself.
@@ -288,10 +292,15 @@ class RestrictedOperator:
 
     @lazy_property
     def _made(self) -> dict[str, Any]:
-        everywhere = self.elements.size == self.grid_operator.shape[0] * self.grid_operator.shape[1]
-        if everywhere:  # these have the whole matrix
+        if self._everywhere:  # these have the whole matrix
             return {}
         return self.grid_operator.made_for(self._places)
+
+    @lazy_property
+    def _everywhere(self) -> bool:
+        """True where the elements are all of the grid, in its order."""
+        ny, nx = self.grid_operator.shape
+        return np.array_equal(self.elements, np.arange(ny * nx))
 
     @property
     def _places(self) -> tuple[np.ndarray | None, ...]:
@@ -312,8 +321,7 @@ class RestrictedOperator:
 
     def _assembled(self) -> np.ndarray:
         operator = self.grid_operator
-        everywhere = self.elements.size == operator.shape[0] * operator.shape[1]
-        if everywhere and operator.whole is not None:
+        if self._everywhere and operator.whole is not None:
             matrix = operator.whole.copy()
         else:
             matrix = operator.dense(self.elements)
@@ -353,6 +361,9 @@ class RestrictedOperator:
     def apply(self, tractions: np.ndarray) -> np.ndarray:
         """Displacements (rows, n) by tractions (columns, n), as a product on the whole grid."""
         ny, nx = self.grid_operator.shape
+        if self._everywhere and self.softening is None:
+            whole = self.grid_operator.apply(tractions.reshape(-1, ny, nx))
+            return whole.reshape(-1, ny * nx)
         fields = np.zeros((tractions.shape[0], ny * nx))
         fields[:, self.elements] = tractions
         whole = self.grid_operator.apply(fields.reshape(-1, ny, nx))

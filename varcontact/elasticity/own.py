@@ -32,7 +32,6 @@ from varcontact.elasticity.given_numbers import (
     lattice_order,
 )
 from varcontact.elasticity.operators import SAME_NUMBERS
-from varcontact.elasticity.symbol_medium import SymbolMedium
 from varcontact.errors import PlausibilityWarning, SceneError
 from varcontact.scene.bodies import RIGID, Bodies
 from varcontact.scene.given_bodies import GivenBodies, Numbers
@@ -396,6 +395,8 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
         """The medium in units of a `length`; in line contact displacements count from a `depth`."""
         G = self.combined_G
         if self.symbol is not None:
+            from varcontact.elasticity.symbol_medium import SymbolMedium
+
             return SymbolMedium(self._fitted.scaled(G, length), depth)
         factor = G / length
         if self.kernel is not None:

@@ -19,7 +19,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import spence
 
 from varcontact.elasticity.operators import GridOperator
 from varcontact.scene.grid import Grid
@@ -111,5 +110,7 @@ class PinInHoleMedium:
         """Integral from 0 to an angle of ``-ln(2 sin(theta/2)) + ln(depth/radius)``, times 1/G1 +
         1/G2: Clausen's function.
         """
+        from scipy.special import spence
+
         clausen = spence(1 - np.exp(1j * angle)).imag
         return (1 / np.array(self.G)).sum() * (clausen + angle * np.log(self.depth / self.radius))

@@ -24,7 +24,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy import special
 
 from varcontact.elasticity.fourier_symbol import FourierSymbol, at_each
 from varcontact.elasticity.operators import GridOperator, Homogeneous
@@ -154,6 +153,8 @@ def _integrated(coefficients: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 def _product(order: float, x: np.ndarray) -> np.ndarray:
     """``I K`` of an order; below the range of floating point by its series."""
+    from scipy import special
+
     with np.errstate(invalid="ignore", over="ignore"):
         product = special.ive(order, x) * special.kve(order, x)
     lost = ~np.isfinite(product) | ((product == 0) & (order > 0))
@@ -199,6 +200,8 @@ class _Strips:
         return at_each(harmonics, np.full(len(harmonics), self.theta))[:, i, j]
 
     def _of_short_waves(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        from scipy import special
+
         (F,) = self._along(self.symbol.harmonics[None])
         n = self.symbol.degree
         if n > 0:
@@ -227,6 +230,8 @@ def _odd_of_poles(places: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Integrals (places, poles) of the odd part, by Im F: ``int_0^z K_0`` by Struve functions,
     pi/2 where the rest is below rounding.
     """
+    from scipy import special
+
     z = np.multiply.outer(places, b)
     near = np.clip(z, 1e-300, 40.0)
     k0 = special.k0(near)
@@ -363,6 +368,8 @@ class _Elements:
     @lazy_property
     def _limit(self) -> np.ndarray:
         """Harmonics (M + 1, c) of the kernels of short waves."""
+        from scipy import special
+
         n = self.symbol.degree
         m = np.arange(len(self.symbol.harmonics))
         gammas = special.gammaln((1 + m + n) / 2) - special.gammaln((1 + m - n) / 2)

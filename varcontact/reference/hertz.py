@@ -26,6 +26,10 @@ WHOLE = 1e-12
 """Part of an element that may be missing of one that is covered: rounding."""
 
 
+ROOT_EPS = math.sqrt(np.finfo(float).eps)
+"""Relative difference of two means from which one more step makes them equal to rounding."""
+
+
 class CombinedConstants(Protocol):
     """Constants of two bodies in closed forms (58)-(60)."""
 
@@ -60,8 +64,8 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     Returns
     -------
     EllipticIntegrals
-        Each to rounding: Carlson's symmetric forms take m'^2 itself, so nothing
-        cancels at m' -> 0.
+        Each to rounding: Bulirsch's terms are all positive, so nothing cancels
+        at m' -> 0.
 
     Raises
     ------
@@ -76,14 +80,12 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     >>> print(f"{integrals.E:.4f} {integrals.K:.4f}")
     1.2111 2.1565
     """
-    from scipy.special import elliprd, elliprf, elliprg
-
     axial_ratio = positive("axial_ratio", axial_ratio)
     if axial_ratio > 1:
         raise SceneError("axial_ratio", axial_ratio, "in (0, 1]")
-    k2 = axial_ratio**2  # complementary parameter
-    B = k2 * elliprd(0, 1, k2) / 3
-    D = elliprd(0, k2, 1) / 3
+    on_cos = np.array([1.0, 0.0, 1.0, 1.0])
+    on_sin = np.array([0.0, 1.0, axial_ratio**2, 1.0])
+    B, D, E, K = complete_integral(axial_ratio, on_cos, on_sin).tolist()
     m2 = (1 - axial_ratio) * (1 + axial_ratio)
     if m2 > 0.1:
         C = (D - B) / m2
@@ -94,9 +96,35 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
             * math.pi
             / 64
         )
-    return EllipticIntegrals(
-        float(B), float(C), float(D), float(2 * elliprg(0, k2, 1)), float(elliprf(0, k2, 1))
-    )
+    return EllipticIntegrals(B, C, D, E, K)
+
+
+def complete_integral(
+    axial_ratio: np.ndarray | float, on_cos: np.ndarray | float, on_sin: np.ndarray | float
+) -> Any:
+    """``int_0^(pi/2) (a cos^2 t + b sin^2 t) / (cos^2 t + m'^2 sin^2 t)^(1/2) dt``, a and b those
+    on cos and on sin, by Landen's transformation.
+
+    R. Bulirsch, Numer. Math. 13 (1969) 305-315: cel(m', 1, a, b).
+    """
+    a: Any = on_cos
+    b: Any = on_sin
+    q: Any = axial_ratio
+    e = q
+    mean = 1.0
+    p = 1.0
+    difference = 1.0
+    while difference > ROOT_EPS:
+        g = e / p
+        last = a
+        a = last + b / p
+        b = 2 * (b + last * g)
+        p = p + g
+        difference = np.max(np.abs(mean - q) / mean)
+        mean = mean + q
+        q = 2 * np.sqrt(e)
+        e = q * mean
+    return np.pi / 2 * (b + a * mean) / (mean * (mean + p))
 
 
 @dataclass(frozen=True)
@@ -305,10 +333,8 @@ def semi_axes(
     """Semi-axes along x and y of many contacts at once, as of `hertz`, with combined constants G
     and nu.
     """
-    from scipy.special import elliprg
-
     ratio = _axial_ratios(np.abs(np.log(Rx / Ry)))
-    E = 2 * elliprg(0, ratio**2, 1)
+    E = complete_integral(ratio, 1.0, ratio**2)
     curvature = 0.5 / Rx + 0.5 / Ry
     minor = (3 * (1 - nu) / (2 * math.pi * G) * force * E * ratio / curvature) ** (1 / 3)
     major = minor / ratio
@@ -319,14 +345,14 @@ def _axial_ratios(log_radii: np.ndarray | float) -> np.ndarray | float:
     """m' from logarithms of the ratio of the larger to the smaller radius of curvature, by (93) /
     (94).
     """
-    from scipy.special import elliprd
-
     log_ratio = -0.5 * log_radii
     change = 1.0
     # contracts by a third or more
     while change > 4 * np.finfo(float).eps * (1 + np.max(log_radii)):
-        k2 = np.exp(2 * log_ratio)
-        new = (np.log(k2 * elliprd(0, 1, k2) / elliprd(0, k2, 1)) - log_radii) / 2
+        ratio = np.exp(log_ratio)
+        B = complete_integral(ratio, 1.0, 0.0)
+        D = complete_integral(ratio, 0.0, 1.0)
+        new = (np.log(B / D) - log_radii) / 2
         change = np.abs(new - log_ratio).max()
         log_ratio = np.minimum(new, 0.0)
     return np.exp(log_ratio)
@@ -341,10 +367,8 @@ def approaches(
     a: np.ndarray, b: np.ndarray, G: np.ndarray, nu: np.ndarray, force: np.ndarray
 ) -> np.ndarray:
     """Approaches of many contacts at once (92), by their semi-axes."""
-    from scipy.special import elliprf
-
     major = np.maximum(a, b)
-    K = elliprf(0, (np.minimum(a, b) / major) ** 2, 1)
+    K = complete_integral(np.minimum(a, b) / major, 1.0, 1.0)
     return np.asarray(3 * (1 - nu) / (2 * math.pi * G) * K / major * force)
 
 

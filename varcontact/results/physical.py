@@ -15,9 +15,8 @@ from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import (
     SLIP,
     STICK,
-    friction_work,
+    ContactResponse,
     left_fields,
-    shift_and_areas,
     unit_slip,
 )
 from varcontact.interfaces.heat import Heat
@@ -34,26 +33,25 @@ from varcontact.transports import SteadyRolling, mirrored
 
 def solution_of(
     scene: Scene,
-    disc: Discretisation,
+    response: ContactResponse,
     plan: Plan,
-    state: ContactState,
     certificate: Certificate,
     converged: bool,
     stats: SolveStats,
 ) -> Solution:
-    """A contact state in physical units, with slip, distances and areas."""
+    """The response of a contact state in physical units, with slip, distances and areas."""
+    disc = response.disc
+    state = response.state
     scale = disc.scales.displacement
-    elastic = disc.operators.normal.apply(state.pressure[None])[0] * scale
-    distance = elastic + (disc.distance - disc.base)
+    distance = response.distance * scale + (disc.distance - disc.base)
     distance = distance + disc.known_distance * scale
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
-    shift, areas = shift_and_areas(disc, state)
     rolled = unit_slip(disc)
     approach = state.approach * disc.scales.displacement + disc.base
     if scene.approach_undetermined and scene.approach is None:
         approach = math.nan
-    density = friction_work(disc, state, shift) * disc.scales.pressure / rolled
+    density = response.work() * disc.scales.pressure / rolled
     if not plan.has_moment and disc.loading.motion is not None and disc.loading.motion.rigid[2]:
         density = np.full_like(density, math.nan)
     on_parts = None
@@ -65,10 +63,10 @@ def solution_of(
         plan=plan,
         pressure=state.pressure * disc.scales.pressure,
         traction=state.traction * disc.scales.pressure,
-        slip=shift / rolled,
+        slip=response.slip_shift / rolled,
         power_density=density,
         distance=distance - state.approach * disc.scales.displacement,
-        state=areas,
+        state=response.areas,
         approach=approach,
         creepage=_creepage(scene, disc, state, rolled),
         certificate=certificate,
@@ -80,7 +78,7 @@ def solution_of(
         branch=state.branch,
         solved_by=state.solved_by,
         calls=stats.calls,
-        carried=_carried(disc, left_fields(disc, state)),
+        carried=_carried(disc, left_fields(response)),
         pressure_on_parts=on_parts,
         trace=_trace(scene, disc, stats),
     )

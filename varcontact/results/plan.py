@@ -14,6 +14,7 @@ from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import Kind, SolverSpec, solver_spec
 from varcontact.system import process
+from varcontact.system.process import changed
 from varcontact.theories.on_grid import THEORIES, Theory
 
 UNPOLISHED = 1e-2
@@ -400,7 +401,7 @@ def _attempts_by(
         return _refined(own)
     if polish:
         return _polished(own, ACTIVE_SETS[problem])
-    return (replace(own, part=UNPOLISHED),)
+    return (changed(own, part=UNPOLISHED),)
 
 
 def _with_fallback(
@@ -408,7 +409,7 @@ def _with_fallback(
 ) -> tuple[Attempt, ...]:
     """The solver, then splitting from its answer, but for methods as printed and marches."""
     if problem == "tangential" and not spec.matrix_free:
-        own = replace(own, part=UNPOLISHED)
+        own = changed(own, part=UNPOLISHED)
     if not spec.falls_back or method == "kalker" or own.marches:
         return (own,)
     missed = "{} missed the tolerance, splitting was used"
@@ -425,7 +426,7 @@ def _refined(program: Attempt) -> tuple[Attempt, ...]:
         polishes=True,
         reason="{}, refined by splitting",
     )
-    return replace(program, least=CONIC_TOL), refinement
+    return changed(program, least=CONIC_TOL), refinement
 
 
 def _polished(program: Attempt, active_sets: str) -> tuple[Attempt, ...]:
@@ -436,11 +437,11 @@ def _polished(program: Attempt, active_sets: str) -> tuple[Attempt, ...]:
     they begin on their own.
     """
     polish = Attempt(active_sets, "last", until=POLISHED_TOL, polishes=True)
-    attempts = [replace(polish, begin="only given")]
+    attempts = [changed(polish, begin="only given")]
     for accuracy in POLISH_TOLS:
-        rough = replace(program, part=0.0, least=accuracy, until=POLISHED_TOL, judged=False)
+        rough = changed(program, part=0.0, least=accuracy, until=POLISHED_TOL, judged=False)
         attempts += [rough, polish]
-    attempts.append(replace(polish, begin="none", until=math.inf))
+    attempts.append(changed(polish, begin="none", until=math.inf))
     return tuple(attempts)
 
 

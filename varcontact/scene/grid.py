@@ -288,6 +288,14 @@ class Grid(
             scaled |= {"dy": dy / length, "y0": y0 / length}
         return changed(self, margin=1, **scaled)
 
+    @property
+    def centres(self) -> np.ndarray:
+        """x and y of the element centres, (2, ny, nx)."""
+        centres = np.empty((2, *self.shape))
+        centres[0] = self.x
+        centres[1] = self.y[:, None]
+        return centres
+
     def spread(self, box: tuple[float, float, float, float]) -> Grid:
         """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top) and the
         margin around it.

@@ -212,7 +212,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         """True where a prescribed normal force is the sum of the pressures: on a plane."""
         return self.normal_force is None or not self.conformal
 
-    @property
+    @lazy_property
     def loaded(self) -> bool:
         """True where tractions act beside the contact, or displacements are prescribed."""
         return bool(self.displacements) or any(load.loaded.any() for load in self.loads or ())
@@ -226,7 +226,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         """
         return self.loads is other.loads and self.displacements is other.displacements
 
-    @property
+    @lazy_property
     def raised(self) -> bool:
         """True where loads beside the contact change the undeformed distance, or prescribed
         displacements what pressures do.
@@ -244,7 +244,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         """True where the bodies meet on a curved surface, see `SampledDistance`."""
         return is_curved(self.surface)
 
-    @property
+    @lazy_property
     def coupled(self) -> bool:
         """True where pressure and tractions depend on each other: of unlike bodies, in conformal
         contact, and beside a part of one body alone that is held.
@@ -455,12 +455,12 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             return "unlike"
         return "quasi-identical"
 
-    @property
+    @lazy_property
     def under_law(self) -> bool:
         """True where the coefficient of friction follows a law, in some step of a history."""
         return any(isinstance(f, Law) for f in self.frictions)
 
-    @property
+    @lazy_property
     def warm(self) -> bool:
         """True where friction depends on the temperature of the surfaces."""
         return any(isinstance(f, Law) and f.warm for f in self.frictions)
@@ -510,12 +510,12 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             return list(self.motion.surface)
         return [self.surface]
 
-    @property
+    @lazy_property
     def frictionless(self) -> bool:
         """True where no tangential traction can arise."""
         return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self.frictions)
 
-    @property
+    @lazy_property
     def no_slip(self) -> bool:
         """True where friction is infinite."""
         return all(isinstance(f, float) and math.isinf(f) for f in self.frictions)

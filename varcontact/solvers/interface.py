@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.solvers.trace import Follower, Reporter, Trace
+from varcontact.system.process import changed
 
 SECONDS_MAX = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
@@ -199,7 +200,7 @@ def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]
             raw = solver(problem, settings, start)
             settings.stats.iterated(name, raw.iterations)
             settings.stats.add_answer(problem, raw)
-        return replace(raw, solver=raw.solver or name)
+        return changed(raw, solver=raw.solver or name)
 
     return solve
 

@@ -35,6 +35,7 @@ from varcontact.solving.coupling import (
     together,
 )
 from varcontact.solving.pipeline import check_memory, solve_problem
+from varcontact.system.process import changed
 
 PASSES_TOL = 0.1
 """Part of the tolerance at which passes end, and part of that to which the last of them are
@@ -92,7 +93,7 @@ class ContactSolver:
             if self.plan.closed_form:
                 with self.stats.called("hertz"):
                     state = hertz_pressure(disc, state)
-                return replace(state, solved_by={**state.solved_by, "normal": "hertz"})
+                return changed(state, solved_by={**state.solved_by, "normal": "hertz"})
             coupled = disc.K != 0 and np.any(state.traction)
             traction = state.traction if coupled else None
             problem = disc.normal_problem(traction).reachable()
@@ -116,7 +117,7 @@ class ContactSolver:
             pressure[elements] = raw.traction
             pressure = pressure.reshape(disc.grid.shape)
             approach = float(raw.rigid[0])
-            state = replace(state, pressure=pressure, approach=approach)
+            state = changed(state, pressure=pressure, approach=approach)
             return record_answer(state, "normal", raw)
 
     def _pressure_tol(self, disc: Discretisation, state: ContactState) -> float:
@@ -157,7 +158,7 @@ class ContactSolver:
             if self.plan.theory is not None:
                 with self.stats.called(self.plan.tangential):
                     state = self.plan.theory(disc, state)
-                return replace(
+                return changed(
                     state, solved_by={**state.solved_by, "tangential": self.plan.tangential}
                 )
             if disc.sought(by_slip=False):
@@ -182,7 +183,7 @@ class ContactSolver:
         tol = PASSES_TOL * self.tol
         one_pass = pass_under_fields(disc, False, self._under_fields)
         end = passes_over(sought, one_pass, start, Limits(tol, FIELD_PASSES_MAX, FIELD_PASSES_MAX))
-        return replace(end, passes=state.passes)
+        return changed(end, passes=state.passes)
 
     def _under_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The tractions under the implicit fields as they are."""
@@ -200,7 +201,7 @@ class ContactSolver:
                 f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf
             )
         traction, rigid = problem.on_grid(raw.traction, raw.rigid)
-        return record_answer(replace(state, traction=traction, rigid=rigid), "tangential", raw)
+        return record_answer(changed(state, traction=traction, rigid=rigid), "tangential", raw)
 
     def _traction_tol(self, disc: Discretisation, state: ContactState) -> float:
         """Residual asked for of tractions within passes."""
@@ -222,13 +223,13 @@ class ContactSolver:
         if state.passes:
             residual = state.passes[-1][1]
         tol = FORCING_TERM * max(self.tol, residual)
-        state = self.traction(disc, replace(state, bound_pressure=state.pressure))
+        state = self.traction(disc, changed(state, bound_pressure=state.pressure))
         for _ in range(ALTERNATIONS_MAX):
             before = state
             state = self.traction(disc, self.pressure(disc, state))
             if distance(state.traction, before.traction) <= tol:
                 break
-        return replace(state, bound_pressure=None)
+        return changed(state, bound_pressure=None)
 
     def _tractions(
         self, problem: TangentialProblem, state: ContactState, settings: Settings
@@ -248,7 +249,7 @@ class ContactSolver:
             return self._solve_tangential(problem, settings, start)
         # one half of a symmetric contact
         if start is not None:
-            start = replace(start, traction=start.traction[:, mirror.half])
+            start = changed(start, traction=start.traction[:, mirror.half])
         return mirror.unfold(self._solve_tangential(mirror.fold(problem), settings, start))
 
     def _solve_tangential(
@@ -286,7 +287,7 @@ def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) ->
     if not sought:
         return _coupled(disc, solver, start, PASSES_TOL * solver.tol)
     if plan.theory is not None:
-        return _coupled(disc, solver, replace(start, branch=branch_of(solver.start)), solver.tol)
+        return _coupled(disc, solver, changed(start, branch=branch_of(solver.start)), solver.tol)
     return _with_fields_of_slip(disc, solver, _first_pass(disc, solver, start))
 
 
@@ -311,7 +312,7 @@ def _first_pass(disc: Discretisation, solver: ContactSolver, state: ContactState
     branch = branch_of(begin)
     if begin is None and disc.loading.arrived:
         branch = "history"
-    return replace(state.under(first), branch=branch)
+    return changed(state.under(first), branch=branch)
 
 
 def branch_of(start: str | Solution | None) -> str:
@@ -377,7 +378,7 @@ def _with_fields_of_slip(
     try:
         elements = int(np.count_nonzero(start.pressure)) + 2
         limits = limits_of_passes(sought, tol, elements)
-        return passes_over(sought, one_pass, replace(start, passes=()), limits)
+        return passes_over(sought, one_pass, changed(start, passes=()), limits)
     except Saturated as error:
         raise Saturated(
             error.force, error.limit, f" under its law (sought from {BRANCHES[start.branch]})"
@@ -446,7 +447,7 @@ def _coupled(
 def record_answer(state: ContactState, problem: str, raw: RawSolution) -> ContactState:
     """The state with the record of the answer to one of its problems."""
     iterations = state.iterations.get(problem, 0) + raw.iterations
-    return replace(
+    return changed(
         state,
         iterations={**state.iterations, problem: iterations},
         status={**state.status, problem: raw.status},

@@ -19,6 +19,7 @@ from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState
 from varcontact.errors import Saturated, SceneError, VarcontactError
 from varcontact.solvers.interface import Settings
+from varcontact.system.process import changed
 
 if TYPE_CHECKING:
     from varcontact.solvers.newton.coupled import CoupledProblem
@@ -170,7 +171,7 @@ def fixed_point(
     They also end where solvers give up twice in a row with nothing gained, after `PASSES_MAX` in
     all loops, and with an error, as of an iterate that is no contact any more.
     """
-    state = best = replace(first, passes=((1.0, residual),))
+    state = best = changed(first, passes=((1.0, residual),))
     without_gain = 0
     failures = 0
     unknown = _Unknown.of(first, names)
@@ -192,7 +193,7 @@ def fixed_point(
         start = unknown.value(state)
         end = unknown.value(after)
         passes = (*before, (distance(end, start), residual))
-        after = replace(after, passes=passes, pass_count=after.pass_count + 1)
+        after = changed(after, passes=passes, pass_count=after.pass_count + 1)
 
         # its gain
         gained = residual < least
@@ -210,7 +211,7 @@ def fixed_point(
         acceleration.decide(len(before), residual, before[-1][1], gained)
         if acceleration.active:
             state = unknown.put(after, acceleration.next_start(), limits)
-    return replace(best, passes=state.passes, pass_count=state.pass_count)
+    return changed(best, passes=state.passes, pass_count=state.pass_count)
 
 
 def _stops_all(error: VarcontactError, early: bool) -> bool:

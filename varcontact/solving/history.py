@@ -72,6 +72,7 @@ def _solved(
     stepping = time_stepping(scene, history.grid, solver)
     start = stepping.start()
     before = start if len(history) == 0 else history[-1]
+    earlier = None if len(history) < 2 else history[-2]
     keeps_heat = heat_matters(scene)
     heated = heat_so_far(scene, start, map(heat_of, history))
 
@@ -81,8 +82,11 @@ def _solved(
     for k in range(len(history), count):
         try:
             progress(f"{len(history)} of {count} steps")
-            before = stepping.step(k, before, heated, tell_stage if solver.continuum else None)
-            keep(k, before)
+            tell = tell_stage if solver.continuum else None
+            solution = stepping.step(k, before, earlier, heated, tell)
+            keep(k, solution)
+            earlier = None if k == 0 else before
+            before = solution
             if keeps_heat:
                 heated.append(heat_of(before))
         except VarcontactError as error:

@@ -19,7 +19,7 @@ from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState, unloaded
-from varcontact.discrete.stick_slip import unit_slip, with_implied_fields
+from varcontact.discrete.stick_slip import ContactResponse, unit_slip, with_implied_fields
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
@@ -491,20 +491,14 @@ def finish(
     if plan.has_friction:
         disc = with_implied_fields(disc, state, by_slip=True)
 
-    certificate, residual = _certified(disc, state, solver)
+    response = ContactResponse(disc, state)
+    certificate, residual = _certified(response, solver)
 
     # the solution in physical units
     if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         plan = _with_reasons_of(state, plan)
-    solution = solution_of(
-        scene,
-        disc,
-        plan,
-        state,
-        certificate,
-        residual <= solver.tol,
-        solver.stats,
-    )
+    converged = residual <= solver.tol
+    solution = solution_of(scene, response, plan, certificate, converged, solver.stats)
     if not solution.converged:
         why = _why_not_converged(solution, state)
         message = f"the residual is not below tol = {solver.tol:.3g}{why}"
@@ -512,21 +506,18 @@ def finish(
     return solution
 
 
-def _certified(
-    disc: Discretisation, state: ContactState, solver: ContactSolver
-) -> tuple[Certificate, float]:
+def _certified(response: ContactResponse, solver: ContactSolver) -> tuple[Certificate, float]:
     """The certificate, and the residual of the plan's problems; where that misses the tolerance all
     of the certificate, which may tell why.
     """
     plan = solver.plan
-    # bounds take the dense matrix, and often longer than a method without it
-    without_matrix = plan.matrix_free("tangential") or plan.theory is not None
-    lazily = without_matrix and solver.certify == "auto"
+    # bounds often take longer than the solution, and are not always asked for
+    lazily = solver.certify == "auto"
     with solver.stats.stage("certificate"):
-        certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
-    residual = _residual_of_plan(plan, disc, state, certificate)
+        certificate = certificate_of(response, plan.closed_form, solver.certify, lazily)
+    residual = _residual_of_plan(plan, response.disc, response.state, certificate)
     if residual > solver.tol and certificate.level != "full" and solver.certify == "auto":
-        certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
+        certificate = certificate_of(response, plan.closed_form, "full", lazily)
     if not plan.has_moment:
         certificate = certificate.without_moment()
     return certificate, residual

@@ -32,7 +32,7 @@ from varcontact.solvers.interface import (
     natural_residual,
 )
 from varcontact.solvers.registry import Kind, SolverSpec, solver
-from varcontact.system.process import SMALLER, need
+from varcontact.system.process import SMALLER, changed, need
 
 MARCH_STEPS_MAX = 2000
 """Steps of a march at most."""
@@ -131,7 +131,7 @@ def _with_record(raw: RawSolution, attempt: Attempt, last: RawSolution | None) -
         iterations = last.iterations
     elif attempt.begin == "best":
         iterations += last.iterations
-    return replace(raw, iterations=iterations, reason=attempt.reason.format(last.solver))
+    return changed(raw, iterations=iterations, reason=attempt.reason.format(last.solver))
 
 
 def _answer(
@@ -143,7 +143,7 @@ def _answer(
     """The answer of one attempt."""
     kind: Kind = "normal" if isinstance(problem, NormalProblem) else "tangential"
     spec = solver(kind, attempt.solver)
-    settings = replace(settings, tol=attempt.asked(settings.tol))
+    settings = changed(settings, tol=attempt.asked(settings.tol))
     if attempt.polishes:
         return spec.once(problem, settings, begin)
     if attempt.marches and isinstance(problem, TangentialProblem):

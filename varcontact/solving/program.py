@@ -16,6 +16,7 @@ from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid, discretise
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.state import ContactState, cells_of, divided, means, unloaded
+from varcontact.discrete.stick_slip import ContactResponse
 from varcontact.errors import SceneError
 from varcontact.html import Reported, in_rows
 from varcontact.io import program as files
@@ -286,11 +287,12 @@ class Program(Reported):
             state = replace(contact.state, traction=field, rigid=shifts)
         state = replace(state, solved_by={self.problem: "program"})
         closed_form = contact.plan.closed_form
-        certificate = certificate_of(disc, state, closed_form, "auto")
+        response = ContactResponse(disc, state)
+        certificate = certificate_of(response, closed_form, "auto")
         residual = getattr(certificate, f"{self.problem}_residual")
         stats = SolveStats()
         converged = bool(residual <= TOLERANCE)
-        return solution_of(self.scene, disc, contact.plan, state, certificate, converged, stats)
+        return solution_of(self.scene, response, contact.plan, certificate, converged, stats)
 
     def _check_multipliers(self) -> None:
         problem = self._contact.problem

@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
-from varcontact.discrete.stick_slip import with_implied_fields
+from varcontact.discrete.stick_slip import ContactResponse, with_implied_fields
 from varcontact.errors import PlausibilityWarning, SceneError
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -272,7 +272,7 @@ def solve(
         answer = solve_transient(solved, options)
     else:
         answer = solve_on_grid(solved, options)
-    if isinstance(answer, Solution):
+    if isinstance(answer, Solution) and scene.doubts:
         answer = replace(answer, warnings=(*scene.doubts, *answer.warnings))
     if swings:
         from varcontact.results.frequency import harmonic_solution
@@ -325,7 +325,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     plan = select(scene, Methods(normal="hertz" if pressure is None else "clarabel"))
     disc, state = contact_under(scene, plan.potential_contact.known, pressure, traction)
     disc = with_implied_fields(disc, state, by_slip=True)
-    return certificate_of(disc, state, plan.closed_form)
+    return certificate_of(ContactResponse(disc, state), plan.closed_form)
 
 
 def _check_certifiable(scene: Scene) -> None:

@@ -43,7 +43,7 @@ from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.on_grid import finish
-from varcontact.system.process import lazy_property, need
+from varcontact.system.process import changed, lazy_property, need
 
 INTERPOLATED = {WEAKENING}
 """Quantities of a start that particles need not bring along to another grid."""
@@ -151,8 +151,8 @@ class TimeStepping:
     """The scene, the grid and its scales, the operators and the methods that all steps share.
 
     Past tractions of viscoelastic bodies are known on `columns` more on either side of the grid. A
-    step takes nothing but the solution before it, as it is in physical units: a history that goes
-    on from its file is the same, bit for bit, as one that was not interrupted.
+    step takes nothing but the solutions before it, as they are in physical units: a history that
+    goes on from its file is the same, bit for bit, as one that was not interrupted.
     """
 
     scene: Scene[Transient]
@@ -229,16 +229,20 @@ class TimeStepping:
         self,
         k: int,
         before: Solution | None,
+        earlier: Solution | None = None,
         heated: Sequence[Heat] = (),
         progress: Callable[[str], None] | None = None,
     ) -> Solution:
         """Step k, from 0, after the step before, or bodies without tractions; under a law by
         temperature `heated`.
+
+        The step `earlier` than that shows solvers where to begin.
         """
-        steps = replace(self.steps, stats=SolveStats(progress))
+        steps = changed(self.steps, stats=SolveStats(progress))
         with steps.stats.stage("carried"):
             scene, disc = self.problem(k, before, heated)
-        solution = self._solved(scene, disc, before, steps)
+        begin = initial_state(disc, before, earlier, steps)
+        solution = self._solved(scene, disc, before, begin, steps)
         if self.lagging:
             motion = scene.motion
             weights = np.array(
@@ -248,13 +252,13 @@ class TimeStepping:
             if before is not None:
                 passed = motion.direction * motion.dq / self.disc.grid.sides[0]
                 memory = memory + moved(self._kept(motion, before), passed)
-            solution = replace(solution, carried={**solution.carried, "memory": memory})
+            solution = changed(solution, carried={**solution.carried, "memory": memory})
         fresh = {
             each.name: np.full(self._shape(each), each.fresh * each.scale(self.disc.scales))
             for each in self._carried
             if each.name not in solution.carried
         }
-        return replace(solution, carried={**solution.carried, **fresh})
+        return changed(solution, carried={**solution.carried, **fresh})
 
     def problem(
         self, k: int, before: Solution | None, heated: Sequence[Heat] = ()
@@ -387,9 +391,13 @@ class TimeStepping:
         return same_load and same_bodies and scene.loads_as(was)
 
     def _solved(
-        self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver
+        self,
+        scene: Scene,
+        disc: Discretisation,
+        before: Solution | None,
+        state: ContactState,
+        steps: ContactSolver,
     ) -> Solution:
-        state = initial_state(disc, before, steps)
         cells = steps.plan.cells(scene)
         if without_load(disc, steps.plan.closed_form, cells):
             if cells != (1, 1):
@@ -404,10 +412,11 @@ class TimeStepping:
             exact = Certificate(
                 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3))
             )
-            state = replace(unloaded(disc.grid), approach=level)
-            return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats)
+            state = changed(unloaded(disc.grid), approach=level)
+            response = ContactResponse(disc, state)
+            return solution_of(scene, response, steps.plan, exact, True, steps.stats)
         if before is not None and self._keeps_pressure(scene, before):
-            state = replace(state, solved_by={"normal": before.solved_by["normal"]})
+            state = changed(state, solved_by={"normal": before.solved_by["normal"]})
         else:
             disc, state = _with_pressure(disc, state, steps, cells)
         state = contact(disc, steps, state)
@@ -423,7 +432,7 @@ class TimeStepping:
             long_step_warning(solution),
             *disc.interface.warnings(response, disc.surroundings),
         ]
-        return replace(solution, warnings=(*solution.warnings, *filter(None, sentences)))
+        return changed(solution, warnings=(*solution.warnings, *filter(None, sentences)))
 
 
 def _with_pressure(
@@ -470,9 +479,10 @@ def _below(value: float) -> float:
 
 
 def initial_state(
-    disc: Discretisation, before: Solution | None, steps: ContactSolver
+    disc: Discretisation, before: Solution | None, earlier: Solution | None, steps: ContactSolver
 ) -> ContactState:
-    """The state of the step before, in the scales of the discretisation: where the methods begin.
+    """The state where the methods begin, in the scales of the discretisation: that of the step
+    before, with tractions and creepages that change as in the step `earlier`.
 
     As printed, TANG does best from its own start: on the areas of the step before its Newton's
     method fails.
@@ -483,11 +493,17 @@ def initial_state(
     was = before.scene.motion
     scales = disc.scales
     rigid = np.zeros(2)
-    traction = before.traction / scales.pressure
     assert motion is not None
-    if motion.rolls and getattr(was, "rolls", 0):
+    in_rolling = motion.rolls and getattr(was, "rolls", 0)
+    traction = before.traction
+    creepage = np.nan_to_num(before.creepage[:2])
+    if in_rolling and earlier is not None and getattr(earlier.scene.motion, "rolls", 0):
+        traction = 2 * traction - earlier.traction
+        creepage = 2 * creepage - np.nan_to_num(earlier.creepage[:2])
+    traction = traction / scales.pressure
+    if in_rolling:
         prescribed = [motion.Fx is not None, motion.Fy is not None]
-        rigid = np.where(prescribed, np.nan_to_num(before.creepage[:2]) * unit_slip(disc), 0.0)
+        rigid = np.where(prescribed, creepage * unit_slip(disc), 0.0)
     approach = 0.0
     if np.isfinite(before.approach):
         approach = (before.approach - disc.base) / scales.displacement

@@ -15,12 +15,7 @@ from varcontact import checks
 from varcontact.discrete.certificate import certificate_of
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, with_subgrid
-from varcontact.discrete.stick_slip import (
-    friction_work,
-    shift_and_areas,
-    unit_slip,
-    with_implied_fields,
-)
+from varcontact.discrete.stick_slip import ContactResponse, unit_slip, with_implied_fields
 from varcontact.interfaces.laws import FRICTION
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
@@ -147,19 +142,19 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
     if np.isnan(sol.power_density).any() and sol.plan.has_moment:  # an earlier file's
         density = np.zeros(sol.grid.shape)
         if sol.plan.has_friction:
-            density = friction_work(disc, state, shift_and_areas(disc, state)[0])
-            density = density * disc.scales.pressure / unit_slip(disc)
+            density = ContactResponse(disc, state).work() * disc.scales.pressure / unit_slip(disc)
         sol = replace(sol, power_density=density)
     if sol.plan.has_friction:
         disc = with_implied_fields(disc, state, by_slip=True)
-    certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
+    response = ContactResponse(disc, state)
+    certificate = certificate_of(response, sol.plan.closed_form, "gap")
     rounding = _rounding(disc, state)
     # NaN: not measured
     if not any(
         getattr(certificate, n) > 2 * getattr(sol.certificate, n) + rounding for n in MEASURES
     ):
         return sol
-    certificate = certificate_of(disc, state, sol.plan.closed_form, sol.certificate.level)
+    certificate = certificate_of(response, sol.plan.closed_form, sol.certificate.level)
     if not sol.plan.has_moment:
         certificate = certificate.without_moment()
     return replace(sol, certificate=certificate, converged=False, note=ANEW)
@@ -202,7 +197,7 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
         ]
         rigid = (np.array(creepages) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
         if np.isnan(rigid).any():
-            shift, _ = shift_and_areas(disc, state)
+            shift = ContactResponse(disc, state).slip_shift
             difference = (sol.slip * unit_slip(disc) - shift)[:, pressure > 0]
             rigid = np.where(np.isnan(rigid), difference.mean(axis=1), rigid)
     if sol.friction is not None:

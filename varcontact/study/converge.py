@@ -27,6 +27,7 @@ from varcontact.study.convergence import COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity, of_another
 from varcontact.study.methods import BOUNDS, Method, attempted, figures
 from varcontact.study.parallel import Execution, traced
+from varcontact.system.process import imported
 from varcontact.system.progress import Progress
 
 DEFAULT_METHOD = "tang-safeguarded"
@@ -137,6 +138,7 @@ def converge(
     study = partial(
         Convergence.of, cells=numbers, methods=[each.name for each in methods], offsets=offsets
     )
+    imported("pandas")  # now: after Ctrl-C it would be waited for
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier study of convergence") as table:
         if any(row["identity"] != key for row in table.rows):
             raise of_another(store, "holds a study of another scene or tol")

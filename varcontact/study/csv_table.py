@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -53,10 +54,10 @@ class Table:
 
         `words` are the columns that are no numbers, `what` names the table in error messages.
         """
-        imported("pandas")  # now: after Ctrl-C it would be waited for
         if store is None:
             yield cls(None, columns)
             return
+        imported("pandas")  # now: after Ctrl-C it would be waited for
         path = checks.file_name("store", store)
         check_writable("store", path, (".csv",))
         with only_writer("store", path):
@@ -150,6 +151,19 @@ def of_another(store: str | Path | None, what: str) -> SceneError:
     )
 
 
+def completed(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> list[dict[str, Any]]:
+    """Rows with all columns, as those of a DataFrame: NaN where there is no entry, and floats where
+    a column has some.
+    """
+    filled = [{name: row.get(name, math.nan) for name in columns} for row in rows]
+    for name in columns:
+        if any(isinstance(row[name], float) for row in filled):
+            for row in filled:
+                if isinstance(row[name], int):
+                    row[name] = float(row[name])
+    return filled
+
+
 def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
     """The rows of a table for JSON: None for NaN and infinity."""
     return [plain(row) for row in table.to_dict("records")]
@@ -184,7 +198,12 @@ def _unquoted(text: str) -> str:
 
 def as_json(table: pd.DataFrame) -> str:
     """A table as a JSON array of rows, with all digits."""
-    return json.dumps(plain_rows(table), indent=2, allow_nan=False)
+    return rows_as_json(table.to_dict("records"))
+
+
+def rows_as_json(rows: list[dict[str, Any]]) -> str:
+    """Rows as a JSON array, with all digits."""
+    return json.dumps(plain(rows), indent=2, allow_nan=False)
 
 
 def columns_of_text(lines: list[list[str]], left: int) -> list[str]:

@@ -34,6 +34,7 @@ from varcontact.study.csv_table import Table, cell, columns_of_text, identity, p
 from varcontact.study.methods import failure, neighbour
 from varcontact.study.parallel import Execution, traced
 from varcontact.study.references import ContinuumValues, continuum_values
+from varcontact.system.process import imported
 from varcontact.system.progress import Progress
 from varcontact.theories.on_grid import THEORIES
 
@@ -166,6 +167,7 @@ def tradeoff(
     numbers = checks.wholes("cells", cells, least=2)
     ways = default_ways() if methods is None else _ways(methods, numbers)
     execution = Execution(executor, workers, checks.progress(progress))
+    imported("pandas")  # now: after Ctrl-C it would be waited for
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier tradeoff") as table:
         measured = {(row["scene"], row["way"], row["identity"]) for row in table.rows}
         of_kind: Counter[str] = Counter()

@@ -40,6 +40,7 @@ from varcontact.theories.strip_theory import divided, fastsim_steps, march_sums
 
 MAX_NEWTON = 100
 """Newton steps for the slip of a point; they come down to it from above, on a convex function."""
+TINY = float(np.finfo(float).tiny)
 
 
 def fastsim(
@@ -503,31 +504,65 @@ def _travel(
     `gradient`: vx, vy and spin over their flexibilities; `L`: the ratio of slip to tractions.
     """
     vx, vy, spin = gradient
-    x, y = points.x, points.y
-    traction, slip = np.zeros((2, 2, *x.shape))
-    present = np.zeros((2, y.size))
-    slides = np.zeros(y.size, dtype=bool)
-    for i in range(x.shape[1]):
-        step = points.interval[:, i]
-        bound = points.bound[:, i]
-        # the traction without slip in the interval
-        free = present - step * np.array([vx - spin * y, vy + spin * (x[:, i] + step / 2)])
-        size = np.hypot(*free)
-        # slip, and the bound there
-        if law is None:
-            slides = size > bound
-            limit = bound
-        else:
-            may_slip = (size > law.static * bound) | slides | (start == "slip")
-            speed = np.where(may_slip, _largest_slip(size, step / L, bound, law), 0.0)
-            slides = speed > 0
-            limit = law(speed) * bound
-        # the traction with slip
-        part = np.where(slides, limit / np.where(slides, size, 1.0), 1.0)
-        present = np.where(bound > 0, free * part, 0.0)  # nothing builds up ahead of the contact
-        traction[:, :, i] = present
-        slip[:, :, i] = np.where(slides, (present - free) * L / np.where(step > 0, step, 1.0), 0.0)
+    step = points.interval
+    along = np.broadcast_to((vx - spin * points.y)[:, None], step.shape)
+    across = vy + spin * (points.x + step / 2)
+    # by point in order of travel: what builds up without slip in the interval ahead of it
+    build_up = _by_point(step * np.array([along, across]))
+    bound = _by_point(points.bound)
+    if law is None:
+        free, traction = _march(build_up, bound)
+    else:
+        free, traction = _march_under_law(build_up, bound, _by_point(step / L), law, start)
+    free = _along_rows(free)
+    traction = _along_rows(traction)
+    slip = (traction - free) * L / np.where(step > 0, step, 1.0)
     return traction[:, :, ::-1], slip[:, :, ::-1]
+
+
+def _by_point(fields: np.ndarray) -> np.ndarray:
+    """Fields (..., ny, k) as (k, ..., ny)."""
+    return np.ascontiguousarray(np.moveaxis(fields, -1, 0))
+
+
+def _along_rows(fields: np.ndarray) -> np.ndarray:
+    """The reverse of `_by_point`."""
+    return np.ascontiguousarray(np.moveaxis(fields, 0, -1))
+
+
+def _march(build_up: np.ndarray, bound: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tractions (k, 2, ny) without slip in the last interval, and with it."""
+    free = np.empty_like(build_up)
+    traction = np.empty_like(build_up)
+    present = np.zeros(build_up.shape[1:])
+    least_divisor = np.maximum(bound, TINY)
+    for i in range(len(bound)):
+        np.subtract(present, build_up[i], out=free[i])
+        size = np.hypot(free[i, 0], free[i, 1])
+        part = bound[i] / np.maximum(size, least_divisor[i])
+        present = np.multiply(free[i], part, out=traction[i])
+    return free, traction + 0.0  # no negative zeros
+
+
+def _march_under_law(
+    build_up: np.ndarray, pressure: np.ndarray, stiffness: np.ndarray, law: Law, start: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same under a law, by which a particle that slips goes on slipping where it can."""
+    free = np.empty_like(build_up)
+    traction = np.empty_like(build_up)
+    present = np.zeros(build_up.shape[1:])
+    slides = np.zeros(build_up.shape[2], dtype=bool)
+    for i in range(len(pressure)):
+        free[i] = present - build_up[i]
+        size = np.hypot(*free[i])
+        may_slip = (size > law.static * pressure[i]) | slides | (start == "slip")
+        speed = np.where(may_slip, _largest_slip(size, stiffness[i], pressure[i], law), 0.0)
+        slides = speed > 0
+        part = np.where(slides, law(speed) * pressure[i] / np.where(slides, size, 1.0), 1.0)
+        # nothing builds up ahead of the contact
+        present = np.where(pressure[i] > 0, free[i] * part, 0.0)
+        traction[i] = present
+    return free, traction
 
 
 def _largest_slip(

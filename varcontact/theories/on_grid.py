@@ -146,7 +146,7 @@ class _Contact:
         self.G = disc.bodies.combined_G
         self.nu = disc.bodies.combined_nu
         self.table = creepage_coefficients(hertz.a, hertz.b, self.nu)
-        self.x, self.y = np.meshgrid(disc.grid.x, disc.grid.y)
+        self.x, self.y = disc.grid.centres
         # friction times Hertz's pressure, and times a parabolic one with the same total
         elliptic = friction * disc.scales.pressure * state.pressure
         height = np.maximum(1 - (self.x / self.a) ** 2 - (self.y / self.b) ** 2, 0.0)

@@ -32,8 +32,9 @@ from varcontact.io.toml_tables import (
     table_of,
 )
 from varcontact.scene.friction_laws import LAWS
-from varcontact.study.csv_table import Table, of_another
-from varcontact.study.parallel import opened, results
+from varcontact.study.csv_table import Table, completed, of_another
+from varcontact.study.parallel import Execution, opened, results
+from varcontact.system.process import imported
 from varcontact.system.progress import Progress
 from varcontact.wheel_rail.patch_warnings import warn
 from varcontact.wheel_rail.position import Position, Velocity
@@ -290,16 +291,31 @@ def solve_cases(
         By Ctrl-C. Its `partial` is the table of the finished wheels, and the
         store has it.
     """
-    import pandas as pd
+    pd = imported("pandas")  # now: after Ctrl-C it would be waited for
+    table_of_rows = partial(pd.DataFrame, columns=list(_columns_of(file)))
+    execution = Execution(executor, workers, checks.progress(progress))
+    try:
+        return table_of_rows(solve_rows(file, store, execution, solved))
+    except Interrupted as stopped:
+        stopped.partial = table_of_rows(stopped.partial)
+        raise
 
-    report = checks.progress(progress)
+
+def solve_rows(
+    file: CaseFile,
+    store: str | Path | None,
+    execution: Execution,
+    solved: Callable[[WheelRailSolution | WheelSetSolution], None] | None = None,
+) -> list[dict[str, Any]]:
+    """The rows of `solve_cases`, each with all columns."""
+    report = execution.progress
     names = [_identity(case, file) for case in file.cases]
     total = len(names)
-    names_of_columns = columns(of_sets=isinstance(file.cases[0], WheelSetOnTrack))
+    names_of_columns = _columns_of(file)
     what = "a table of wheels on rails"
 
     with (
-        opened(executor, workers) as pool,
+        opened(execution.executor, execution.workers) as pool,
         Table.opened(store, names_of_columns, WORDS, what) as table,
     ):
         rows = _kept(table, names, file.numbers)
@@ -334,10 +350,14 @@ def solve_cases(
                 ]
                 table.write(list(chain(*rows)))
         except KeyboardInterrupt:
-            finished = pd.DataFrame(chain(*rows), columns=list(names_of_columns))
             words = f" after {_count_finished(rows)} of {total} wheels"
-            raise Interrupted(finished, words) from None
-    return pd.DataFrame(chain(*rows), columns=list(names_of_columns))
+            raise Interrupted(completed(chain(*rows), names_of_columns), words) from None
+    return completed(chain(*rows), names_of_columns)
+
+
+def _columns_of(file: CaseFile) -> tuple[str, ...]:
+    """The columns of the table."""
+    return columns(of_sets=isinstance(file.cases[0], WheelSetOnTrack))
 
 
 def _count_finished(rows: list[list[dict[str, Any]]]) -> int:

@@ -124,12 +124,12 @@ def test_units_do_not_matter(normal_problem, tangential_problem, power):
         assert (scaled.status, scaled.iterations) == (raw.status, raw.iterations)
 
 
-def test_steps_beyond_the_tolerance_are_counted(problem):
-    """Small problems are solved on, to rounding; all steps of both stand in the answer."""
+def test_small_problems_are_solved_beyond_the_tolerance(problem):
+    """To rounding, by a last step that is more exact or by further ones."""
     loose = newton(problem, settings=dataclasses.replace(SETTINGS, loose_tolerance=True))
     refined = newton(problem)
-    assert abs(refined.traction - loose.traction).max() > 0
-    assert refined.iterations > loose.iterations
+    assert natural_residual(problem, refined) < 0.1 * natural_residual(problem, loose)
+    assert refined.iterations >= loose.iterations
 
 
 def test_from_any_start(problem):

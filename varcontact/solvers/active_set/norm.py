@@ -7,7 +7,6 @@ Kluwer 1990.
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -133,23 +132,26 @@ def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarra
     """Pressures that close the gap on the contact area, zero elsewhere, and the approach: point
     4.
     """
-    from scipy.linalg import cho_solve, lu_factor, lu_solve
+    from scipy.linalg import lu_factor, lu_solve
+    from scipy.linalg.lapack import dpotrs
 
     pressure = np.zeros(contact.size)
     if not contact.any():
         return pressure, problem.approach or 0.0
     inside = np.flatnonzero(contact)
     operator = problem.operator.grid_operator.on(problem.operator.elements[inside])
+    # pressures by a unit of approach, and by the distance
+    right = np.stack([np.ones(inside.size), problem.distance[inside]])
     if problem.symmetric:
-        solve = partial(cho_solve, operator.cholesky)
+        factor, lower = operator.cholesky
+        solved, _ = dpotrs(factor, right.T, lower=lower)
     else:
-        solve = partial(lu_solve, lu_factor(operator.matrix, check_finite=False))
+        solved = lu_solve(lu_factor(operator.matrix, check_finite=False), right.T)
+    by_approach, by_distance = solved.T
     if problem.approach is not None:
-        pressure[inside] = solve(problem.approach - problem.distance[inside])
+        pressure[inside] = problem.approach * by_approach - by_distance
         return pressure, problem.approach
     assert problem.force is not None
-    right = np.stack([np.ones(inside.size), problem.distance[inside]], axis=1)
-    by_approach, by_distance = solve(right).T
     approach = (problem.force / problem.area + by_distance.sum()) / by_approach.sum()
     pressure[inside] = approach * by_approach - by_distance
     return pressure, float(approach)

@@ -26,7 +26,7 @@ from varcontact.solvers.interface import (
     ignored,
 )
 from varcontact.solvers.trace import Follower
-from varcontact.system.process import interruptible
+from varcontact.system.process import changed, interruptible
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200
@@ -484,11 +484,11 @@ def _descend(
     """Newton steps with the areas renewed after each, shortened until the natural map's residual
     falls.
     """
-    best = _admissible(problem, at)
-    residual = _residual(problem, best)
     follow = settings.stats.follow(problem)
+    best = _admissible(problem, at)
     follow(best)
     iterate = _Iterate.of(problem, at)
+    residual = _residual(problem, iterate, best)
     lowest = iterate.merit
     equations = None
     reusable = False
@@ -512,7 +512,7 @@ def _descend(
         reusable = iterate.merit < REUSE_RATIO * previous_merit
         # the best answer so far, and steps without gain
         admissible = _admissible(problem, iterate.at)
-        new_residual = _residual(problem, admissible)
+        new_residual = _residual(problem, iterate, admissible)
         follow(admissible)
         if new_residual < residual:
             best = admissible
@@ -525,27 +525,32 @@ def _descend(
         lowest = min(lowest, iterate.merit)
     solved = residual <= RESIDUAL_SOLVED
     status = "Solved" if solved else "MaxIterations"
-    return replace(best, iterations=count, status=status, solved=solved)
+    return changed(best, iterations=count, status=status, solved=solved)
 
 
 @dataclass(frozen=True, eq=False)
 class _Iterate:
-    """A point of the descent, its trial tractions, and the norm of its natural map's residual."""
+    """A point of the descent, its shift E and trial tractions (c, n), and the norm of its natural
+    map's residual.
+    """
 
     at: RawSolution
+    shift: np.ndarray
     trial: np.ndarray
     merit: float
 
     @classmethod
     def of(cls, problem: TangentialProblem, at: RawSolution) -> _Iterate:
-        trial = _trial(problem, at)
-        image = problem.potential.projected(trial, problem.operator.row_size)
-        return cls(at, trial, float(np.linalg.norm(at.traction - image)))
+        weight = problem.operator.row_size
+        shift = shift_of(problem, at)
+        trial = at.traction - shift / weight
+        error = (at.traction - problem.potential.projected(trial, weight)).ravel()
+        return cls(at, shift, trial, math.sqrt(error @ error))
 
 
 def _line_search(point: PointOnAreas, step: np.ndarray, iterate: _Iterate) -> _Iterate:
     """The first part of a Newton step that lowers the merit enough, or the best of all."""
-    best = _Iterate(iterate.at, iterate.trial, np.inf)
+    best = changed(iterate, merit=np.inf)
     for part in STEP_PARTS:
         # where all slips, a step for the force has no end
         with np.errstate(over="ignore", invalid="ignore"):
@@ -557,9 +562,12 @@ def _line_search(point: PointOnAreas, step: np.ndarray, iterate: _Iterate) -> _I
     return best
 
 
-def _residual(problem: TangentialProblem, at: RawSolution) -> float:
-    """The natural map's residual, with E by the dense matrix."""
-    return tangential_residual(problem, at.traction, at.rigid, shift_of(problem, at))
+def _residual(problem: TangentialProblem, iterate: _Iterate, admissible: RawSolution) -> float:
+    """The natural map's residual of an iterate made admissible, with E by the dense matrix."""
+    shift = iterate.shift
+    if (admissible.traction != iterate.at.traction).any():
+        shift = shift_of(problem, admissible)
+    return tangential_residual(problem, admissible.traction, admissible.rigid, shift)
 
 
 def _admissible(problem: TangentialProblem, at: RawSolution) -> RawSolution:

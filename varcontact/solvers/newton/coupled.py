@@ -12,7 +12,7 @@ the pressures, then, with the bounds that go with these, that of the tractions.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from varcontact.solvers.newton.globalisation import Conditions, Point
 from varcontact.solvers.newton.kernel import kernel, unit
 from varcontact.solvers.newton.normal import NormalConditions
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
+from varcontact.system.process import changed
 
 MAX_STEPS = 60
 """Newton steps: problems that take more are left to alternating solves."""
@@ -83,7 +84,7 @@ class CoupledConditions(Conditions):
     friction: np.ndarray
 
     def under(self, pressure: np.ndarray) -> TangentialConditions:
-        return replace(self.tangential, bound=self.friction * np.maximum(pressure, 0.0))
+        return changed(self.tangential, bound=self.friction * np.maximum(pressure, 0.0))
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
         pressure = np.maximum(trial[:1], 0.0)
@@ -106,29 +107,25 @@ class CoupledConditions(Conditions):
         # the bound of the pressure to be found
         right = tangential.right + (bound - under.bound) * tangential.along
         right = np.where(under.contact, right, -traction[1:])
-        apart = (~under.contact).astype(np.float32)
         tied = (self.friction * tangential.along).astype(np.float32)
-        return CoupledSystem(np.concatenate([normal.right, right]), normal, tangential, apart, tied)
+        return CoupledSystem(np.concatenate([normal.right, right]), normal, tangential, tied)
 
 
 @dataclass(frozen=True, eq=False)
 class CoupledSystem(System):
     """Newton's equations of both problems; `right` (1 + c, ny, nx).
 
-    `apart`: ones out of contact, (ny, nx); `tied`: the slip's direction times friction, which ties
-    tractions to pressures, (c, ny, nx).
+    `tied`: the slip's direction times friction, which ties tractions to pressures, (c, ny, nx).
     """
 
     normal: TangentialSystem
     tangential: TangentialSystem
-    apart: np.ndarray
     tied: np.ndarray
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
         normal = self.normal.rows(image[:1], step[:1])
         tangential = self.tangential.rows(image[1:], step[1:])
-        tangential = tangential + self.apart * step[1:] - self.tied * step[0]
-        return np.concatenate([normal, tangential])
+        return np.concatenate([normal, tangential - self.tied * step[0]])
 
     def border(self, component: int) -> np.ndarray:
         border = np.zeros(self.right.shape, np.float32)
@@ -141,8 +138,7 @@ class CoupledSystem(System):
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """Step of the pressures, then that of the tractions under them."""
         pressure = self.normal.precondition(right[:1])
-        right = right[1:] + self.tied * pressure[0]
-        tangential = self.tangential.precondition((1 - self.apart) * right) + self.apart * right
+        tangential = self.tangential.precondition(right[1:] + self.tied * pressure[0])
         return np.concatenate([pressure, tangential])
 
 

@@ -27,7 +27,7 @@ from varcontact.solvers.newton.globalisation import (
 )
 from varcontact.solvers.newton.hierarchy import LEAST_SIDE, Box, doubled, halved, halved_mean
 from varcontact.solvers.newton.kernel import Kernel
-from varcontact.system.process import lazy_property
+from varcontact.system.process import changed, lazy_property
 
 MAX_STEPS = 40
 """Newton steps: 10 to 30 are usual, but for steps of rolling below dx/20, where splitting takes
@@ -45,7 +45,7 @@ REFINED_TOL_MIN = 1e-12
 REFINED_STEPS = 4
 """Newton steps of that refinement: a tenth of the time, which leaves hardly more than rounding."""
 GCR_TOL_MAX = 0.3
-GCR_TOL_MIN = 1e-3
+GCR_TOL_MIN = 1e-5
 """Relative residuals of the linear equations, at most and at least."""
 GCR_TOL_FACTOR = 10.0
 """Relative residual of the linear equations divided by that of the step before: Newton's method
@@ -221,7 +221,7 @@ def solve(problem: GridProblem[G], start: RawSolution | None, settings: Settings
     if at is None:
         at, coarse_steps = _from_coarse_grids(problem.conditions, settings)
     raw = solve_from(problem, at, tol, settings, refined_tol)
-    return replace(raw, iterations=steps + coarse_steps + raw.iterations)
+    return changed(raw, iterations=steps + coarse_steps + raw.iterations)
 
 
 def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[Point, int]:
@@ -229,11 +229,11 @@ def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[
     grids = [conditions]
     while grids[-1].coarsens:
         grids.append(grids[-1].coarser())
-    at = grids[-1].first()
+    at = balanced(grids[-1], grids[-1].first())
     steps = 0
     for coarse, fine in pairwise(reversed(grids)):
         at, _, coarse_steps = newton(coarse, at, COARSE_TOL, settings)
-        at = fine.refined(at, coarse)
+        at = balanced(fine, fine.refined(at, coarse))
         steps += coarse_steps
     return at, steps
 
@@ -296,7 +296,6 @@ def newton(
     """
     goal = _Goal(tol, refined_tol or tol, end=max_steps, residual=tol)
     forces = conditions.forces
-    at = balanced(conditions, at)
     now = measured(conditions, at)
     best = at
     least = np.inf
@@ -339,7 +338,7 @@ def newton(
         idle = idle + 1 if measure is now else 0
         if idle == 2:
             break  # no part of a step leads down
-        at = replace(at, noise=noise)
+        at = changed(at, noise=noise)
         now = measure
     return _admissible(conditions, best, finest), goal.status, count
 
@@ -368,7 +367,7 @@ def _gcr_tol(residual: float, goal: float, linear: bool) -> float:
 
 def _admissible(conditions: Conditions, at: Point, finest: Problem[C] | None) -> Point:
     """Admissible tractions, on the finest grid with their shift in double precision."""
-    at = replace(at, traction=conditions.admissible(at.traction, at.traction - at.shift))
+    at = changed(at, traction=conditions.admissible(at.traction, at.traction - at.shift))
     return _in_double_precision(at, finest)
 
 
@@ -376,7 +375,7 @@ def _in_double_precision(at: Point, finest: Problem[C] | None) -> Point:
     """The point with its shift anew; on coarse grids as it is."""
     if finest is None:
         return at
-    return replace(at, shift=finest.shift(at.traction, at.rigid), noise=NOISE_DOUBLE)
+    return changed(at, shift=finest.shift(at.traction, at.rigid), noise=NOISE_DOUBLE)
 
 
 def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Point:

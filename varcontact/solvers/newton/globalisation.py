@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from varcontact.solvers.newton.gcr import Forces, Step, System
 from varcontact.solvers.newton.kernel import Product
+from varcontact.system.process import changed
 
 STEP_PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 """Parts of a Newton step, tried one after the other."""
@@ -77,7 +78,7 @@ def balanced(conditions: Conditions, at: Point) -> Point:
 
     change = root(lacking, np.zeros(len(forces.components)), method="lm").x
     rigid = forces.spread(change, components)
-    return replace(at, shift=at.shift + rigid * forces.scale, rigid=at.rigid + rigid)
+    return changed(at, shift=at.shift + rigid * forces.scale, rigid=at.rigid + rigid)
 
 
 @dataclass(frozen=True, eq=False)

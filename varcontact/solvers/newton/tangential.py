@@ -149,7 +149,8 @@ class TangentialSystem(System):
     """Newton's equations at given tractions.
 
     `along` and `across` are unit vectors (c, ny, nx) of the traction where it slips, else zero;
-    `held` (ny, nx) is the bound divided by the trial traction where it slips, else one.
+    `held` (ny, nx) is the bound divided by the trial traction where it slips, else one. Out of
+    contact a row is the step itself.
     """
 
     conditions: GridConditions
@@ -160,29 +161,31 @@ class TangentialSystem(System):
     flows: FlowDerivative | None = None
 
     @lazy_property
-    def _single(self) -> list[np.ndarray]:
-        return [
-            field.astype(np.float32) for field in (self.stick, self.along, self.across, self.held)
-        ]
+    def _single(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Unit vectors across slip, those times `held`, and those divided by it."""
+        across = self.across.astype(np.float32)
+        held = self.held.astype(np.float32)
+        return across, across * held, across / held
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
-        stick, along, across, held = self._single
-        turned = held * dot(across, image) + (1 - held) * dot(across, step)
+        across, held_across, _ = self._single
         stuck = image if self.flows is None else image + self.flows(step)
-        rows: np.ndarray = stick * stuck + turned * across + dot(along, step) * along
+        rows = np.where(self.stick, stuck, step)
+        rows += dot(across, image - step) * held_across
         return rows
 
     def border(self, component: int) -> np.ndarray:
-        stick, _, across, held = self._single
-        rows = across * (across[component] * held)
-        rows[component] += stick
+        across, held_across, _ = self._single
+        rows = across[component] * held_across
+        rows[component] += self.stick
         return rows * self.conditions.forces.scale
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """The blended inverses on what is not along slipping tractions."""
-        stick, along, across, held = self._single
-        step = self.blended(stick * right + (dot(across, right) / held) * across)
-        return stick * step + dot(across, step) * across + dot(along, right) * along
+        across, _, by_held = self._single
+        turned = dot(across, right)
+        step = self.blended(np.where(self.stick, right, turned * by_held))
+        return np.where(self.stick, step, right + (dot(across, step) - turned) * across)
 
     def blended(self, free: np.ndarray) -> np.ndarray:
         """The two inverses of the circulant, blended by the slope, of free parts (c, ny, nx)."""
