@@ -110,9 +110,10 @@ class BearingHeight:
         Patches change with the height: they are taken to make the same part of the change of forces
         as at the last step.
         """
-        before, last = (force for _, force in self._tried[-2:])
-        if abs(self._last_goal - before) > LITTLE * before:
-            change = (last - before) / (self._last_goal - before)
+        before, last = (force ** (2 / 3) for _, force in self._tried[-2:])
+        goal = self._last_goal ** (2 / 3)
+        if abs(goal - before) > LITTLE * before:
+            change = (last - before) / (goal - before)
             self._change = float(np.clip(change, *CHANGES))
         self._expected = self.z + (z - self.z) / self._change
         self._last_goal = self.goal
