@@ -398,7 +398,7 @@ def _too_wide(case: WheelGeometry, solved: PatchSolution) -> dict[str, float]:
     patch = solved.patch
     half = solved.half_width
     radii: dict[str, float] = {}
-    if patch.scene.conformal or half == 0:
+    if not patch.in_plane or half == 0:
         return {}
     across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
     for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
