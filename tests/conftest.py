@@ -18,7 +18,7 @@ from varcontact.solvers import interface
 from varcontact.solving import adaptive
 from varcontact.transports import HERE, Stencil
 from varcontact.wheel_rail import solve_to_target as wheels
-from varcontact.wheel_rail import wheel_on_elements
+from varcontact.wheel_rail.wheel_on_elements import WheelOnElements
 
 mpl.use("Agg")
 DATA = Path(__file__).parent / "data"
@@ -74,18 +74,22 @@ def rolling():
 @pytest.fixture
 def clock(monkeypatch):
     """Time that goes by with the elements solved: the same however busy the machine is."""
-    clock, solve, contacts = SimpleNamespace(now=0.0), adaptive._solved, wheel_on_elements._contacts
+    clock, solve, options_of = (
+        SimpleNamespace(now=0.0),
+        adaptive._solved,
+        WheelOnElements._options_of,
+    )
 
     def timed(scene, *rest):
         clock.now += 0.01 + 5e-5 * scene.grid.size
         return solve(scene, *rest)
 
-    def timed_contacts(scenes, *rest, **options):
-        clock.now += sum(0.01 + 5e-5 * scene.grid.size for scene in scenes)
-        return contacts(scenes, *rest, **options)
+    def timed_contact(wheel, k, scene, *rest):
+        clock.now += 0.01 + 5e-5 * scene.grid.size
+        return options_of(wheel, k, scene, *rest)
 
     monkeypatch.setattr(adaptive, "_solved", timed)
-    monkeypatch.setattr(wheel_on_elements, "_contacts", timed_contacts)
+    monkeypatch.setattr(WheelOnElements, "_options_of", timed_contact)
     for module in (adaptive, interface, wheels):
         monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
     return clock

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
+from itertools import cycle, islice
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from tests.benchmarks.table import Table, least
 from tests.random_scenes import KINDS, scenes
 from tests.scenes import LIKE, make_scene
 from tests.wheel_rail.conditions import benchmark, manchester
+from varcontact.wheel_rail.case_file import CaseFile, solve_cases
 
 UNLIKE = vc.Bodies(G=(1.0, math.inf), nu=(0.286, 0.286))
 STEEL = vc.Bodies(G=82e3, nu=0.28)
@@ -130,13 +132,22 @@ def of_contacts(quick: bool) -> dict[str, float]:
 
 
 def of_wheels(quick: bool) -> dict[str, float]:
-    """Seconds of a position of the Manchester benchmark, the mean of a side."""
-    chosen = [row for row in manchester() if row["side"] == "left"][:: 10 if quick else 2]
+    """Seconds of a position of the Manchester benchmark, the mean of a side, and of 1 000 in a
+    sweep.
+    """
+    rows = [row for row in manchester() if row["side"] == "left"]
+    chosen = rows[:: 10 if quick else 2]
     found: dict[str, float] = {}
     for side in (0.2, 0.5, 1.0):
         cases = [benchmark(row, dx=side, dy=side) for row in chosen]
         seconds = least(lambda c=cases: [each.solve() for each in c], 1 if quick else 2)
         found[f"wheel, elements of {side:g} mm"] = seconds / len(cases)
+    count = 42 if quick else 1000
+    many = [benchmark(row, dx=1.0, dy=1.0) for row in islice(cycle(rows), count)]
+    file = CaseFile(tuple(many), tuple(range(1, count + 1)), {}, None, False)
+    found["1 000 wheels in a sweep, elements of 1 mm"] = least(
+        partial(solve_cases, file), 1 if quick else 2
+    ) * (1000 / count)
     return found
 
 

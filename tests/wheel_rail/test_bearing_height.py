@@ -66,12 +66,37 @@ def test_searches_that_take_turns_have_the_heights_of_each_alone():
     assert heights([laws]) == heights([[law] for law in laws])
 
 
+@pytest.mark.parametrize("part", [1.0, 0.97, 1.04])
+def test_patches_tell_the_next_height(part):
+    """Forces change by a part of what patches that stay as they are tell: as soon as that is seen,
+    it counts.
+    """
+    case = wheel(with_friction=False)
+    search = BearingHeight(case, TOL)
+    while not search.done:
+        z = search.propose()
+        force = pressed(case, 1e7, 1.5, z)
+        search.learn_normal(force)
+        search.learn(force)
+        depth = (search.goal / 1e7) ** (2 / 3)
+        search.expect(z + (case.touching + depth - z) * part)
+    assert search.z - case.touching == pytest.approx((LOAD / 1e7) ** (2 / 3), rel=1e-7)
+    assert search.rounds <= (2 if part == 1.0 else 4)
+
+
+def test_fine_elements_begin_where_coarse_ones_bear_the_load():
+    found = wheel(3.0, dx=0.25, dy=0.25).solve()
+    assert found.rounds <= 3
+    again = wheel(3.0, dx=0.25, dy=0.25, vertical_force=None, z=found.z).solve()
+    assert again.force == pytest.approx(found.force, rel=1e-8)
+
+
 def test_tractions_wait_until_normal_forces_are_near_the_load():
     search = BearingHeight(wheel(), TOL)
     search.propose()
     search.learn_normal(0.5 * LOAD)
     assert not search.near
-    search.learn_normal(0.97 * LOAD)
+    search.learn_normal(0.995 * LOAD)
     assert search.near
     assert not search.done
 

@@ -381,6 +381,10 @@ class RestrictedOperator:
             return product
         return product + self.softening * tractions
 
+    def apply_densely(self, tractions: np.ndarray) -> np.ndarray:
+        """The same with the matrix between the elements."""
+        return np.asarray((self.matrix @ tractions.ravel()).reshape(-1, self.elements.size))
+
 
 def edge_compliance(covered: np.ndarray) -> np.ndarray:
     """Addition to the diagonal of M, relative to that diagonal, where the contact covers parts of

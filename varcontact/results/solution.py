@@ -27,6 +27,7 @@ from varcontact.scene.surfaces import along_axes
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
 from varcontact.system.files import check_ending
+from varcontact.system.process import lazy_property
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -185,7 +186,7 @@ class Solution(Reported):
         """
         return self._loads["Mz"] if self.plan.has_moment else np.nan
 
-    @property
+    @lazy_property
     def _loads(self) -> dict[str, float]:
         """Loads along the axes of the plane, and the largest pressure, by `error_estimate` where it
         has them.

@@ -367,8 +367,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         """The same bodies in contact without tractions; viscoelastic ones go on rolling."""
         scene: Scene[Any] = self
         if scene.bodies.relaxes:
-            return replace(scene, motion=Steady(speed=scene.speed), friction=0.0)
-        return replace(scene, motion=None, friction=None)
+            return changed(scene, motion=Steady(speed=scene.speed), friction=0.0)
+        return changed(scene, motion=None, friction=None)
 
     @lazy_property
     def hertz(self) -> HertzContact | None:

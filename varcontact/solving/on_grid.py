@@ -38,6 +38,8 @@ from varcontact.system.process import changed, lazy_property
 PLACE_TOL = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of
 the elements."""
+APPROACH_TOL = 1e-6
+"""Residual of a pressure that only tells the approach."""
 BORDER_ROUNDING = 1e-9
 """Part of an element by which a sample may miss its border and still lie on it."""
 SEARCH_ELEMENTS = 24
@@ -103,6 +105,20 @@ class ContactOnGrid:
     def with_tractions(self) -> ContactOnGrid:
         """Contact with the tractions that go with the pressure."""
         return replace(self, state=contact(self.disc, self.solver, self.state))
+
+    def under(self, normal_force: float) -> ContactOnGrid:
+        """Contact without tractions on these elements under a force, about as rough as its approach
+        may be.
+        """
+        loading = replace(self.disc.loading, approach=None, normal_force=normal_force)
+        disc = replace(self.disc, loading=loading)
+        rough = replace(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
+        return replace(self, disc=disc, state=rough.pressure(disc, self.state))
+
+    @property
+    def approach(self) -> float:
+        """Approach of the bodies, physical."""
+        return self.initial_guess.approach
 
     @lazy_property
     def initial_guess(self) -> InitialGuess:

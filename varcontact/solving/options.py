@@ -14,6 +14,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import LEVELS
+from varcontact.discrete.contact_grid import PotentialContact
 from varcontact.discrete.operators import Operators
 from varcontact.errors import Saturated, SceneError
 from varcontact.results.plan import Plan
@@ -31,6 +32,7 @@ from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.methods import AUTO, FormulationName, MethodName, Methods, taken_apart
 from varcontact.solving.pipeline import check_fits
 from varcontact.solving.selection import select
+from varcontact.system.process import changed
 from varcontact.system.progress import Progress
 
 TOLERANCE = 1e-8
@@ -176,6 +178,13 @@ class SolveOptions:
         return ContactSolver(
             plan, tol, self.polish, stats, self.start, certify, refined, chosen, self.deadline
         )
+
+    def like(self, scene: Scene) -> SolveOptions:
+        """The same for a scene of the same kind on another grid of as many elements or about as
+        many.
+        """
+        plan = changed(self.plan, grid=PotentialContact.of(scene))
+        return changed(self, scene=scene, plan=plan)
 
     def plan_for(self, scene: Scene) -> Plan:
         """The plan of the `scene`, as on another grid."""

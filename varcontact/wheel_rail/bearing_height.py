@@ -17,14 +17,17 @@ GROWTH = 10.0
 """Largest ratio of the next depth to the last."""
 ROUNDING = 1e-15
 """Rounding of heights, relative to the radius of the wheel, from which they are computed."""
-FIRST_MISSING = 0.05
+FIRST_MISSING = 0.01
 """Part of the load that may be missing where tractions are solved for at first."""
 MISSING = 5e-4
-"""The same later on."""
+"""The same where it is known what they carry in another position."""
 MISSING_OF_LAST = 0.2
 """The same, relative to the part that was missing when they were solved for last."""
 POWERS = 0.2, 5.0
 """Least and largest power of normal forces that the vertical force is taken for."""
+CHANGES = 0.8, 1.25
+"""Least and largest change of forces by a step, relative to that of patches which stay as they
+are."""
 LITTLE = 1e-4
 """Change of the depth, relative, below which the slope is that of a larger one: forces are rounded
 by solvers."""
@@ -67,6 +70,11 @@ class BearingHeight:
         if self._mixed:
             self._enough = MISSING if known else FIRST_MISSING
         self._excess = math.inf
+        # where the patches of the last height bear the goal, the goal of those before, and what
+        # forces changed by the step, relative to what was expected
+        self._expected = math.nan
+        self._last_goal = math.nan
+        self._change = 1.0
 
     def _first(self, start: float | None) -> float:
         """The height to begin with: given, of another position, or that of Hertz's contact of a
@@ -80,6 +88,35 @@ class BearingHeight:
         G = case.bodies.combined_G
         stiffness = 4 / 3 * G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
         return float(case.touching + (self._load / stiffness) ** (2 / 3))
+
+    def begin(self, z: float) -> None:
+        """A height that is known to be near."""
+        self.z = z
+
+    @property
+    def goal(self) -> float:
+        """The vertical part of normal forces with which the load is carried, by those known."""
+        normal, known = self._known
+        return normal * (self._load / known) ** (1 / self._power)
+
+    @property
+    def expects(self) -> bool:
+        """True if patches told the next height."""
+        return math.isfinite(self._expected)
+
+    def expect(self, z: float) -> None:
+        """The height at which the patches of the last one bear the goal.
+
+        Patches change with the height: they are taken to make the same part of the change of forces
+        as at the last step.
+        """
+        before, last = (force ** (2 / 3) for _, force in self._tried[-2:])
+        goal = self._last_goal ** (2 / 3)
+        if abs(goal - before) > LITTLE * before:
+            change = (last - before) / (goal - before)
+            self._change = float(np.clip(change, *CHANGES))
+        self._expected = self.z + (z - self.z) / self._change
+        self._last_goal = self.goal
 
     def propose(self) -> float:
         """The next height; `NotConverged` where there is none left."""
@@ -135,7 +172,7 @@ class BearingHeight:
         self._excess = force / self._load - 1
         self.done = abs(self._excess) <= self._tol
         if self._mixed:
-            self._enough = max(MISSING, MISSING_OF_LAST * abs(self._excess))
+            self._enough = max(self._tol, MISSING_OF_LAST * abs(self._excess))
 
     def _lifted(self, force: float) -> SceneError:
         load = self._load
@@ -149,16 +186,17 @@ class BearingHeight:
     def _next(self) -> float:
         """The height by the secant method, between those that carry less and more."""
         heights, forces = np.array(self._tried).T
-        normal, known = self._known
-        goal = normal * (self._load / known) ** (1 / self._power)
-        values = forces ** (2 / 3) - goal ** (2 / 3)
+        values = forces ** (2 / 3) - self.goal ** (2 / 3)
         touching = self._case.touching
         # slope between the last two heights
         moved = self.z - heights[-2]
         if abs(moved) > LITTLE * (self.z - touching):
             self._slope = (values[-1] - values[-2]) / moved
         step = math.inf
-        if self._slope > 0:
+        if self.expects:
+            step = self._expected
+            self._expected = math.nan
+        elif self._slope > 0:
             step = self.z - values[-1] / self._slope
         # bracket
         low = heights[values < 0].max()

@@ -408,7 +408,7 @@ def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
     def plain(value: Any) -> Any:
         if isinstance(value, np.ndarray):
             return value.tolist()
-        return dataclasses.asdict(value)
+        return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
 
     described = json.dumps([plain(case), settings], sort_keys=True, default=plain)
     return hashlib.sha256(described.encode()).hexdigest()[:12]

@@ -14,8 +14,10 @@ from varcontact.system.process import lazy_property
 
 ACROSS = np.array([1.0, 0.0])
 """The direction of y."""
-CLOSE = 1e-11
-"""Error of a coordinate that ends Newton's steps, relative to the curve's length."""
+LAST_STEP = 1e-7
+"""Length of the last of Newton's steps, relative to the curve's length: the error after it is about
+its square.
+"""
 STEPS = 30
 HELD = 1e6
 """Weight of a kink relative to other points: smoothing leaves it in place, and both of its sides
@@ -45,7 +47,14 @@ class Curve:
 
     @lazy_property
     def _breakpoints(self) -> np.ndarray:
-        return self.points(self.s)
+        a, b, c, d = self.coefficients[:, -1]
+        width = self.s[-1] - self.s[-2]
+        last = ((a * width + b) * width + c) * width + d
+        return np.concatenate([self.coefficients[3], last[None]])
+
+    @lazy_property
+    def _middle_directions(self) -> np.ndarray:
+        return self.directions((self.s[1:] + self.s[:-1]) / 2)
 
     def points(self, s: np.ndarray) -> np.ndarray:
         """(y, z) at parameters, shape (..., 2)."""
@@ -54,6 +63,20 @@ class Curve:
     def directions(self, s: np.ndarray) -> np.ndarray:
         """(dy/ds, dz/ds) at parameters, shape (..., 2), very nearly of unit length."""
         return np.asarray(self._curve(s, 1))
+
+    def points_and_directions(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(y, z) and (dy/ds, dz/ds) at parameters (n,), shape (2, n)."""
+        cell = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, self.s.size - 2)
+        t = s - self.s[cell]
+        a, b, c, d = self._by_coordinate[:, :, cell]
+        points = ((a * t + b) * t + c) * t + d
+        directions = (3 * a * t + 2 * b) * t + c
+        return points, directions
+
+    @lazy_property
+    def _by_coordinate(self) -> np.ndarray:
+        """Coefficients, shape (4, 2, n - 1)."""
+        return np.ascontiguousarray(self.coefficients.swapaxes(1, 2))
 
     def cubics(self, begin: np.ndarray, within: np.ndarray) -> np.ndarray:
         """The cubics at parameters `within`, in ``s - begin``: coefficients, shape (4, n, 2),
@@ -96,9 +119,12 @@ class Curve:
         intervals = int(np.ceil((self.s[-1] - self.s[0]) / step))
         return np.linspace(self.s[0], self.s[-1], max(2, intervals + 1))
 
-    def single_valued(self, near: float, direction: np.ndarray = ACROSS) -> Curve:
-        """The part around the parameter `near` along which ``direction . (y, z)`` keeps growing."""
-        breakpoint_near = int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))
+    def single_valued(self, y: float, direction: np.ndarray) -> Curve:
+        """The part around a place `y` of a curve along which y grows, along which ``direction . (y,
+        z)`` keeps growing, too.
+        """
+        place = np.searchsorted(self._breakpoints[:, 0], y)
+        breakpoint_near = int(np.clip(place, 1, self.s.size - 1))
         return self._part(growing(self._grows(direction), breakpoint_near))
 
     def highest(self) -> Curve:
@@ -128,9 +154,8 @@ class Curve:
         """True where ``direction . (y, z)`` grows from a breakpoint to the next, without a turning
         point between them.
         """
-        middle = (self.s[1:] + self.s[:-1]) / 2
         larger = np.diff(self._breakpoints @ direction) > 0
-        return larger & (self.directions(middle) @ direction > 0)
+        return larger & (self._middle_directions @ direction > 0)
 
     def _width(self, run: slice) -> float:
         return float(self._breakpoints[run.stop - 1, 0] - self._breakpoints[run.start, 0])
@@ -156,7 +181,7 @@ class Curve:
         for _ in range(STEPS):
             step = (((a * t + b) * t + c) * t + d - wanted) / ((3 * a * t + 2 * b) * t + c)
             t = np.clip(t - step, 0.0, width)
-            if step.size == 0 or np.abs(step).max() <= CLOSE * (self.s[-1] - self.s[0]):
+            if step.size == 0 or np.abs(step).max() <= LAST_STEP * (self.s[-1] - self.s[0]):
                 break
         s = np.full(value.shape, np.nan)
         s[inside] = low + t

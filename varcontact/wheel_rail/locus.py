@@ -86,6 +86,19 @@ class Locus:
         """The height of the axle, z down, at which the wheel just touches the rail [mm]."""
         return float(self.gap.min())
 
+    def part(self, run: slice) -> Locus:
+        """The circles of a `run`, without planes across the track."""
+        return Locus(
+            self.s[run],
+            self.theta[run],
+            self.points[run],
+            self.radii[run],
+            self.curvature_radii[run],
+            self.gap[run],
+            self.angles[run],
+            self.height,
+        )
+
     def overlaps(self, z: float) -> list[Overlap]:
         """Runs of circles that are below the rail's surface, from left to right.
 

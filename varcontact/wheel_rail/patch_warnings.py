@@ -10,12 +10,8 @@ import numpy as np
 from varcontact.scene.plausibility import warn as warn_plausibility
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.profile_shape import check_sides
-from varcontact.wheel_rail.result import WheelRailSolution
-from varcontact.wheel_rail.wheel_geometry import WheelGeometry
+from varcontact.wheel_rail.result import CONFORMAL, WheelRailSolution
 
-CONFORMAL = 3.0
-"""Half widths that the radius of curvature of each profile should have at least, for
-half-spaces."""
 STEEP = 2.0
 """Ratio of normal forces to the load above which a warning is given of a wheel on its flange: that
 of an angle of 60 degrees."""
@@ -53,10 +49,10 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
             "a wheel with this load hardly comes to this position"
         )
         warnings.warn(words, stacklevel=stacklevel)
-    for each in found.patches:
+    for each, radii in zip(found.patches, found.too_wide, strict=True):
         for words in _coarse_elements(each):
             warnings.warn(words, CoarseElements, stacklevel=stacklevel)
-        for words in _conformal_contact(case, each):
+        for words in _conformal_contact(each, radii):
             warnings.warn(words, ConformalContact, stacklevel=stacklevel)
 
 
@@ -77,9 +73,9 @@ def _coarse_elements(solved: PatchSolution) -> Iterator[str]:
             )
 
 
-def _conformal_contact(case: WheelGeometry, solved: PatchSolution) -> Iterator[str]:
-    """Sentences on profiles whose radius of curvature is small beside a patch."""
-    for kind, radius in too_wide(case, solved).items():
+def _conformal_contact(solved: PatchSolution, radii: dict[str, float]) -> Iterator[str]:
+    """Sentences on profiles whose radii of curvature are small beside a patch."""
+    for kind, radius in radii.items():
         yield (
             f"conformal contact: {_place(solved)} is {solved.half_width:.3g} mm wide "
             f"to either side, the {kind}'s radius of curvature {radius:.3g} mm, "
@@ -114,20 +110,3 @@ def _elements_across(solved: PatchSolution) -> list[int]:
     """Columns and rows of elements in contact."""
     inside = solved.solution.pressure > 0
     return [int(np.count_nonzero(inside.any(axis=axis))) for axis in (0, 1)]
-
-
-def too_wide(case: WheelGeometry, solved: PatchSolution) -> dict[str, float]:
-    """Radii of curvature [mm], by profile, that are small beside a patch in a plane."""
-    patch = solved.patch
-    half = solved.half_width
-    radii: dict[str, float] = {}
-    if patch.scene.conformal or half == 0:
-        return {}
-    across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
-    for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
-        # on average over the patch: noise does not count
-        turned = curve.angles(curve.at(y + across))
-        curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
-        if curvature * half * CONFORMAL > 1:
-            radii[kind] = float(1 / curvature)
-    return radii

@@ -14,11 +14,13 @@ import numpy as np
 from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame, RigidBody, rotation
 from varcontact.scene.grid import Grid
+from varcontact.system.process import changed
 from varcontact.wheel_rail.curve import Curve, growing, spline
-from varcontact.wheel_rail.locus import Locus, Overlap
+from varcontact.wheel_rail.locus import STEP, Locus, Overlap
 from varcontact.wheel_rail.locus import contact_locus as contact_locus
 from varcontact.wheel_rail.slices import RailSurface, Surface
 
+AT_ORIGIN = Frame(np.zeros(3), np.eye(3))
 GUARD = 1
 """Elements beyond the overlap on every side."""
 SAMPLES = 100
@@ -94,7 +96,8 @@ def tangent_of(overlaps: list[Overlap], rail: Curve | RailSurface) -> Tangent:
         if not np.isfinite(z):  # the nearest point of the overlaps where the rail has a gap
             touched = np.concatenate([each.surface for each in overlaps])
             surface = touched[np.abs(touched[:, 0] - y).argmin()]
-    return Tangent(Frame(np.array([x, *surface]), rotation(roll=angle, pitch=slope)), angle, slope)
+    axes = rotation(roll=angle, pitch=slope)
+    return Tangent(changed(AT_ORIGIN, origin=np.array([x, *surface]), axes=axes), angle, slope)
 
 
 def tangents_of(
@@ -119,7 +122,7 @@ def tangents_of(
     for i in np.flatnonzero(turned != angles).tolist():
         angle = float(turned[i])
         slope = tangents[i].slope
-        frame = Frame(tangents[i].frame.origin, rotation(roll=angle, pitch=slope))
+        frame = changed(tangents[i].frame, axes=rotation(roll=angle, pitch=slope))
         tangents[i] = Tangent(frame, angle, slope)
     return tangents
 
@@ -189,13 +192,12 @@ def wheel_heights(
     and where the surface faces away from the rail.
     """
     axle = body.rotation
-    points = locus.points + np.array([0.0, 0.0, float(body.position[2]) - locus.height])
-    along, across, _ = ((points - frame.origin) @ frame.axes).T
+    lower = np.array([0.0, 0.0, float(body.position[2]) - locus.height])
+    points = locus.points - (frame.origin - lower)
+    along, across = (points @ frame.axes[:, :2]).T
     forward = frame.axes.T @ axle[:, 0]
     across = across - along * forward[1] / forward[0]  # of circles at x = 0
-    run = growing(
-        np.diff(across) > 0, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin())
-    )
+    run = growing(np.diff(across) > 0, int(np.hypot(points[:, 1], points[:, 2]).argmin()))
 
     # the locus at the rows of the grid
     grid_x, grid_y = lines
@@ -223,7 +225,9 @@ def wheel_heights(
         sine = np.sin(theta)
         cosine = np.cos(theta)
         point = axes @ np.array([r * sine, y, r * cosine]) + middle[:, None]
-        by_theta = axes @ np.array([r * cosine + tr * sine, ty, tr * cosine - r * sine])
+        by_theta = axes[:, ::2] @ np.array([r * cosine + tr * sine, tr * cosine - r * sine])
+        if not isinstance(wheel, Curve):
+            by_theta += np.multiply.outer(axes[:, 1], ty)
         by_s = axes @ np.array([dr * sine, dy, dr * cosine])
         off_x = to_x - point[0]
         off_y = to_y - point[1]
@@ -243,7 +247,8 @@ def wheel_heights(
 def _wheel_point(wheel: Curve | Surface, theta: np.ndarray, s: np.ndarray) -> Any:
     """(y, radius) of a wheel, and their derivatives by theta and by s, shape (3, 2, n)."""
     if isinstance(wheel, Curve):
-        return wheel.points(s).T, np.zeros((2, s.size)), wheel.directions(s).T
+        points, directions = wheel.points_and_directions(s)
+        return points, np.zeros(2), directions
     return np.moveaxis(wheel.points(theta, s), -1, 1)
 
 
@@ -309,7 +314,8 @@ def reference_surface(
     # the distance along its normals; where there is no rail, beside its profile and beyond its end,
     # nothing touches
     rail_heights = _rail_heights(rail, frame, grid, lateral)
-    heights = wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, lateral), body)
+    circles = _circles_near(overlaps, grid)
+    heights = wheel_heights(circles, wheel, frame, (grid.x, lateral), body)
     cosine = np.cos(inclination)
     gap = (rail_heights - heights) * cosine[:, None]
     reached = np.isfinite(gap)
@@ -335,6 +341,14 @@ def reference_surface(
     )
 
 
+def _circles_near(overlaps: list[Overlap], grid: Grid) -> Locus:
+    """The circles of overlaps, and those beside them as far as the grid is wide."""
+    locus = overlaps[0].locus
+    beside = math.ceil(grid.rows * grid.sides[1] / STEP)
+    first = max(0, overlaps[0].run.start - beside)
+    return locus.part(slice(first, overlaps[-1].run.stop + beside))
+
+
 def _rail_heights(
     rail: Curve | RailSurface, frame: Frame, grid: Grid, lateral: np.ndarray
 ) -> np.ndarray:
@@ -344,7 +358,7 @@ def _rail_heights(
     if isinstance(rail, Curve):
         origin = frame.origin[1:]
         along = frame.axes[1:, 1]
-        part = rail.single_valued(float(rail.at(origin[:1])[0]), along)
+        part = rail.single_valued(float(origin[0]), along)
         points = part.points(part.at(lateral + along @ origin, along))
         return ((points - origin) @ frame.axes[1:, 2])[:, None]
     flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
@@ -365,7 +379,7 @@ def _halfway(
     """
     origin = tangent.frame.origin[1:]
     along = tangent.frame.axes[1:, 1]
-    on_rail = rail.single_valued(float(rail.at(origin[:1])[0]), along)
+    on_rail = rail.single_valued(float(origin[0]), along)
     # the wheel's part around the origin that grows along the plane: its contact locus, in track
     # coordinates
     locus = overlaps[0].locus

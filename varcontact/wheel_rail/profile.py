@@ -24,6 +24,7 @@ from varcontact.wheel_rail.profile_shape import (
     check_shape,
     direction,
     doubt_of,
+    exchanged_sides,
     flange,
     guess_mirror,
 )
@@ -281,6 +282,11 @@ class Profile(checks.Checked):
         beside = np.maximum(np.append(turn[1:], 0.0), np.insert(turn[:-1], 0, 0.0))
         least = max(KINK, KINK_BY_MEDIAN * float(np.median(turn)))
         return np.flatnonzero((turn > least) & (beside < KINK_BESIDE * turn)) + 1
+
+    @lazy_property
+    def exchanged_sides(self) -> str:
+        """The sentence on a rail whose sides are probably exchanged, or nothing."""
+        return exchanged_sides(self.y, self.z)
 
     @lazy_property
     def running(self) -> Curve:

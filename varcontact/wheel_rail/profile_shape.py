@@ -270,20 +270,26 @@ def _is_of(kind: Kind, y: np.ndarray, z: np.ndarray) -> bool:
 
 
 def check_sides(rail: Profile, stacklevel: int) -> None:
-    """Warn of a rail's head that leans to the field side around its middle, as of one whose sides
-    are exchanged.
+    """Warn of a rail whose sides are probably exchanged."""
+    if rail.exchanged_sides:
+        warnings.warn(rail.exchanged_sides, stacklevel=stacklevel)
+
+
+def exchanged_sides(y: np.ndarray, z: np.ndarray) -> str:
+    """The sentence on a rail's head that leans to the field side around its middle, as of one whose
+    sides are exchanged.
     """
-    at, depth, top = _falls(rail.y, rail.z)
+    at, depth, top = _falls(y, z)
     left = np.interp(-TIP, -depth[: top + 1], at[: top + 1])
     right = np.interp(TIP, depth[top:], at[top:])
     middle = np.abs(at - (left + right) / 2) < (right - left) / 4
     if min(depth[0], depth[-1]) < TIP or middle.sum() < 3:  # it does not go down on both sides
-        return
+        return ""
     slope = np.polyfit(at[middle], depth[middle], 1)[0]
-    if slope > OUTWARDS:
-        words = (
-            f"track.rail: the profile leans to the field side by 1:{1 / slope:.0f}, "
-            "so its gauge side is probably on the wrong side: "
-            "change the sign of y, or read the file with mirror_y=True"
-        )
-        warnings.warn(words, stacklevel=stacklevel)
+    if slope <= OUTWARDS:
+        return ""
+    return (
+        f"track.rail: the profile leans to the field side by 1:{1 / slope:.0f}, "
+        "so its gauge side is probably on the wrong side: "
+        "change the sign of y, or read the file with mirror_y=True"
+    )

@@ -14,6 +14,7 @@ from varcontact import checks
 from varcontact.html import Reported
 from varcontact.io.labelled import Labelled
 from varcontact.scene.plausibility import warn
+from varcontact.system.process import lazy_property
 from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.patch_solution import PatchSolution, forces_in_words
 from varcontact.wheel_rail.position import Position
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from varcontact.gradients.outputs import Output
+
+CONFORMAL = 3.0
+"""Half widths that the radius of curvature of each profile should have at least, for
+half-spaces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +171,13 @@ class WheelRailSolution(Reported, WheelForces):
             texts += patch.scene.doubts
         return tuple(dict.fromkeys(texts))
 
+    @lazy_property
+    def too_wide(self) -> tuple[dict[str, float], ...]:
+        """Of each patch in a plane, the radii of curvature [mm] of profiles that are small beside
+        it.
+        """
+        return tuple(_too_wide(self.case, each) for each in self.patches)
+
     @property
     def error(self) -> np.ndarray:
         """Estimated errors of `force` against the continuum [N], those of the patches added up; NaN
@@ -226,7 +238,7 @@ class WheelRailSolution(Reported, WheelForces):
         ...     wheelset=WheelSet(wheel=Profile.s1002()),
         ...     position=Position(y=3.0), vertical_force=80e3)
         >>> print(case.solve(accuracy=0.02).report().splitlines()[1])
-        forces on the rail: Fx = -13.91 +- 0.13 kN, Fy = 1.84 +- 0.20 kN, Fz = 80 kN
+        forces on the rail: Fx = -13.91 +- 0.13 kN, Fy = 1.84 +- 0.20 kN, Fz = 80.0001 kN
         """
         at = self.position
         lines = [f"WARNING: {text}" for text in self.warnings]
@@ -379,3 +391,20 @@ def wear(
         )
         patches.append(worn)
     return Wear(tuple(patches))
+
+
+def _too_wide(case: WheelGeometry, solved: PatchSolution) -> dict[str, float]:
+    """Radii of curvature [mm], by profile, that are small beside a patch in a plane."""
+    patch = solved.patch
+    half = solved.half_width
+    radii: dict[str, float] = {}
+    if not patch.in_plane or half == 0:
+        return {}
+    across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
+    for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
+        # on average over the patch: noise does not count
+        turned = curve.angles(curve.at(y + across))
+        curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
+        if curvature * half * CONFORMAL > 1:
+            radii[kind] = float(1 / curvature)
+    return radii

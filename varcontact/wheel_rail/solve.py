@@ -19,7 +19,7 @@ from varcontact.solving.options import DEFAULT_ACCURACY, CertifyName, Target
 from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
-from varcontact.wheel_rail.patch_warnings import noisy_patches, too_wide, warn, warn_of_noise
+from varcontact.wheel_rail.patch_warnings import noisy_patches, warn, warn_of_noise
 from varcontact.wheel_rail.plausibility import warnings_of
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.solve_to_target import to_target
@@ -189,7 +189,7 @@ class _Series:
         solution = wheel.solution()
         case = solution.case
         flat = case.plane_or_curved and not wheel.by_theory
-        if flat and any(too_wide(case, each) for each in solution.patches):
+        if flat and any(solution.too_wide):
             self._in_plane = wheel
             self._wheel = wheel.curved()
         else:

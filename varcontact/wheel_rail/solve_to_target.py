@@ -36,7 +36,7 @@ from varcontact.solving.grid_sequence import (
 from varcontact.solving.options import SolveOptions, Target
 from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.patch_solution import PatchSolution
-from varcontact.wheel_rail.patch_warnings import noisy_patches, too_wide
+from varcontact.wheel_rail.patch_warnings import noisy_patches
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_geometry import VARIES, ContactPatch, WheelGeometry
 from varcontact.wheel_rail.wheel_on_elements import (
@@ -93,7 +93,7 @@ def to_target(
 
     if case.curved:
         return on_curved_surface()
-    if case.plane_or_curved and any(too_wide(case, each) for each in first.patches):
+    if case.plane_or_curved and any(first.too_wide):
         # a profile that turns too fast or is too rough: the warning tells
         with suppress(NotConverged, SceneError):
             return on_curved_surface()

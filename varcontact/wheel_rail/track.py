@@ -260,7 +260,7 @@ class Track(
         return self._in_track(self.profile, side).highest()
 
     def _in_track(self, profile: Profile, side: Side) -> Curve:
-        matrix, shift = self._motion(side)
+        matrix, shift = self._motions[side]
         curve = profile.curve
         if side == "left":
             curve = curve.mirrored
@@ -275,10 +275,13 @@ class Track(
             tuple(surface_of(each, placed, -s, backwards=side == "left") for each in self.rails)
         )
 
+    @lazy_property
+    def _motions(self) -> dict[Side, tuple[np.ndarray, np.ndarray]]:
+        """Matrix and shift from (y, z) of the profile to those of the track, by its side."""
+        return {"left": self._motion("left"), "right": self._motion("right")}
+
     def _motion(self, side: Side) -> tuple[np.ndarray, np.ndarray]:
-        """Matrix and shift from (y, z) of the profile to those of the track: canted, mirrored, and
-        out of place.
-        """
+        """Matrix and shift on a side: canted, mirrored, and out of place."""
         given: Irregularity = getattr(self, side)
         mirror = np.array([SIGN[side], 1.0])
         turned = rotation(roll=given.roll)[1:, 1:] * mirror
@@ -298,7 +301,7 @@ class Track(
                 angular_velocity=np.array([given.roll_rate, self.roller_rate, 0.0]),
             )
         return RigidBody(
-            position=np.array([0.0, *self._motion(side)[1]]),
+            position=np.array([0.0, *self._motions[side][1]]),
             velocity=np.array([0.0, given.lateral, given.vertical]),
             angular_velocity=np.array([given.roll_rate, 0.0, 0.0]),
         )
@@ -307,7 +310,7 @@ class Track(
         """A `point` (y, z) of the track in the coordinates of the profile on a `side`, before
         canting [mm].
         """
-        matrix, shift = self._motion(side)
+        matrix, shift = self._motions[side]
         return np.asarray((point - shift) @ matrix)
 
 

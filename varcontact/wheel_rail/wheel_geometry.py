@@ -18,7 +18,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
-from varcontact.system.process import lazy_property, one_blas_thread
+from varcontact.system.process import changed, lazy_property, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, Overlap, contact_locus, varied_locus
 from varcontact.wheel_rail.patches import (
@@ -298,14 +298,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         )
         # creepages, and the interaction of parts
         creepage = self.creepage(frame, surface.approach, z)
-        speed = None
-        if self.thermal is not None or self.bodies.relaxes:
-            speed = creepage.speed
-        motion = Steady(vx=creepage.vx, vy=creepage.vy, spin=creepage.spin, speed=speed)
-        if self.curved or self.slip_by_element:
-            rail = self.track.rail_body(self.side)
-            slip = surface.rigid_slip(frame, rail, body, self.velocity.speed)
-            motion = Steady(rigid_slip=slip, speed=speed)
+        motion = self._motion(frame, creepage, surface, body)
         interactions = interactions_of(overlaps, frame, self.join, self.separate)
         inclination = None
         if self.curved:
@@ -326,17 +319,17 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             sampled = SampledDistance(surface.distance, grid.x, grid.y, inclination=inclination)
         else:
             sampled = SampledDistance(surface.distance, inclination=inclination)
-        scene = Scene(
-            bodies=self.bodies,
-            surface=sampled,
-            approach=surface.approach,
-            friction=friction,
-            third_body=self.third_body,
-            thermal=self.thermal,
-            motion=motion,
-            grid="auto" if sides is None else grid,
-            units=MM_N,
-        )
+        entries: dict[str, Any] = {
+            "surface": sampled,
+            "approach": surface.approach,
+            "friction": friction,
+            "motion": motion,
+            "grid": "auto" if sides is None else grid,
+        }
+        if self.curved:  # how far it turns is known here
+            scene = replace(self._scene, **entries)
+        else:
+            scene = changed(self._scene, **entries)
         return ContactPatch(
             location=frame.origin,
             angle=tangent.angle,
@@ -349,6 +342,45 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             scene=scene,
             interactions=interactions,
         )
+
+    @lazy_property
+    def _scene(self) -> Scene[Steady]:
+        """A patch of one element, whose bodies and interface are checked."""
+        inclination = None
+        rigid_slip = None
+        if self.curved:
+            inclination = np.zeros(1)
+        if self.curved or self.slip_by_element:
+            rigid_slip = np.zeros((2, 1, 1))
+        friction: Any = self.friction
+        if isinstance(friction, FrictionByAngle):
+            friction = 0.0
+        speed = None
+        if self.thermal is not None or self.bodies.relaxes:
+            speed = 1.0
+        return Scene(
+            bodies=self.bodies,
+            surface=SampledDistance(np.zeros((1, 1)), inclination=inclination),
+            approach=1.0,
+            friction=friction,
+            third_body=self.third_body,
+            thermal=self.thermal,
+            motion=Steady(rigid_slip=rigid_slip, speed=speed),
+            grid=Grid(nx=1, ny=1, dx=1.0, dy=1.0, x0=-0.5, y0=-0.5),
+            units=MM_N,
+        )
+
+    def _motion(
+        self, frame: Frame, creepage: Creepages, surface: ReferenceSurface, body: RigidBody
+    ) -> Steady:
+        """Rolling with the creepages of a patch, or the rigid slip of its elements."""
+        motion = self._scene.motion
+        if motion.speed is not None:
+            motion = changed(motion, speed=creepage.speed)
+        if motion.rigid_slip is not None:
+            slip = surface.rigid_slip(frame, self._rail_body, body, self.velocity.speed)
+            return changed(motion, rigid_slip=slip)
+        return changed(motion, vx=creepage.vx, vy=creepage.vy, spin=creepage.spin)
 
     @property
     def half_spaces(self) -> Bodies:
@@ -386,6 +418,11 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
     def on_curved_surface(self) -> Self:
         """The same wheel, whose contact is on a curved surface."""
         return replace(self, conformal=True)
+
+    def with_sides(self, dx: float, dy: float) -> Self:
+        """The same wheel at the same place on elements with other sides."""
+        same = {name: getattr(self, name) for name in ("rail", "wheel", "locus")}
+        return changed(self, dx=dx, dy=dy, **same)
 
     def with_surface_of(self, before: WheelGeometry) -> Self:
         """The same wheel on a plane or a curved surface as the wheel `before`, where it is left
@@ -466,13 +503,26 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         """The wheel set as a rigid body with its axle at a height `z`, `pitching` or not: see
         `Velocity.body`.
         """
-        return self.velocity.body(
-            self.wheelset,
-            self.position,
-            z,
-            pitching=pitching,
-            curve_radius=self.track.curve_radius,
-        )
+        axle = np.array([0.0, self.position.y, z - self.wheelset.radius])
+        return changed(self._bodies[pitching], position=axle)
+
+    @lazy_property
+    def _bodies(self) -> dict[bool, RigidBody]:
+        """The wheel set as a rigid body at the height 0, pitching or not."""
+        made = {}
+        for pitching in (True, False):
+            made[pitching] = self.velocity.body(
+                self.wheelset,
+                self.position,
+                0.0,
+                pitching=pitching,
+                curve_radius=self.track.curve_radius,
+            )
+        return made
+
+    @lazy_property
+    def _rail_body(self) -> RigidBody:
+        return self.track.rail_body(self.side)
 
     def on_wheel(self, point: np.ndarray, body: RigidBody) -> np.ndarray:
         """A `point` of the track in the coordinates of the wheel's profile, the wheel set being
@@ -491,9 +541,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         # contacts move with the wheel set, but do not turn about its axle
         moving = self.body(z, pitching=False).velocity_at(particle)
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
-        return creepages(
-            self.track.rail_body(self.side), body, frame, frame_velocity=moving, at2=particle
-        )
+        return creepages(self._rail_body, body, frame, frame_velocity=moving, at2=particle)
 
 
 def _at_arc_lengths(interactions: Interactions, surface: ReferenceSurface) -> Interactions:

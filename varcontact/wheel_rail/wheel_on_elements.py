@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from varcontact.discrete.operators import Operators
+from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse
+from varcontact.scene.surfaces import Ellipse, SampledDistance
 from varcontact.solvers.interface import check_time
 from varcontact.solving.on_grid import ContactOnGrid, InitialGuess
 from varcontact.solving.options import SolveOptions
@@ -24,12 +26,21 @@ from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.patch_interaction import with_interaction
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.result import WheelRailSolution
-from varcontact.wheel_rail.wheel_geometry import ContactPatch, WheelGeometry
+from varcontact.wheel_rail.wheel_geometry import ELEMENT, ContactPatch, WheelGeometry
 
+Known = TypeVar("Known")
 ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
 jump.
 """
+STEEP = 0.9
+"""Cosine of the contact angle below which a patch on elements moves with the height too far to tell
+the next one.
+"""
+ACROSS_FIRST = 8
+"""Elements across the overlap of all patches, with which the first height is found."""
+COARSER = 4.0
+"""Ratio of the areas of elements from which coarse ones are worth their own geometry."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +79,10 @@ class WheelOnElements:
         self.by_theory = methods.get("tangential") in THEORIES
         self._search = BearingHeight(case, tol)
         self._before: list[Solution | InitialGuess] = []
+        self._pressures: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
+        # by patch, and whether of the pressure alone
+        self._options: dict[tuple[int, bool], SolveOptions] = {}
         if start is not None:
             self._begin_at(start)
         # of the last height
@@ -81,6 +95,7 @@ class WheelOnElements:
     def _begin_at(self, start: Start) -> None:
         last = start.solution
         self._before = [each.solution for each in last.patches]
+        self._pressures = list(self._before)
         self._operators = start.operators
         z = self._case.touching + (last.z - last.case.touching + start.deeper)
         self._search = BearingHeight(self._case, self._tol, z, vertical_forces(last))
@@ -96,7 +111,10 @@ class WheelOnElements:
         Heights whose normal forces are far from the load, and contacts whose tractions change their
         pressures, are not proposed: they are learnt from here.
         """
+        if self._search.rounds == 0 and not self._before:
+            self._search.begin(self._first_height())
         while not self.done:
+            self._expect_goal()
             self._move_to(self._search.propose())
             if self._case.z is None:
                 self._press()
@@ -142,6 +160,38 @@ class WheelOnElements:
         """On the grids of the patches."""
         return [each.disc.operators for each in self._contacts]
 
+    def _first_height(self) -> float:
+        """The height at which normal forces on coarse elements bear the load."""
+        case = self._case
+        if case.z is not None or case.curved:
+            return self._search.z
+        # elements on the overlap
+        overlaps = case.locus.overlaps(self._search.z)
+        along = np.ptp(np.concatenate([each.ends.ravel() for each in overlaps]))
+        across = np.hypot(*np.ptp(np.concatenate([each.surface for each in overlaps]), axis=0))
+        dx = case.dx or ELEMENT
+        dy = case.dy or ELEMENT
+        coarse_dx = max(dx, float(along) / ACROSS_FIRST)
+        coarse_dy = max(dy, float(across) / ACROSS_FIRST)
+        if coarse_dx * coarse_dy < COARSER * dx * dy:
+            return self._search.z
+        coarse = case.with_sides(coarse_dx, coarse_dy)
+        wheel = WheelOnElements(coarse, self._tol, self._methods, deadline=self._deadline)
+        # coarse elements may miss what fine ones have
+        with suppress(NotConverged, SceneError):
+            z = wheel._height_by_pressures()
+            self._pressures = wheel._pressures
+            return z
+        return self._search.z
+
+    def _height_by_pressures(self) -> float:
+        """A height at which normal forces are near the load."""
+        while not (self._search.near or self._search.expects):
+            self._move_to(self._search.propose())
+            self._press()
+            self._expect_goal()
+        return self._search.propose()
+
     def _move_to(self, z: float) -> None:
         patches = patches_at(self._case, z)
         check_time(self._deadline)
@@ -152,21 +202,41 @@ class WheelOnElements:
     def _press(self) -> None:
         """The contacts without friction, and what they bear."""
         bare = [each.scene.without_friction for each in self._patches]
-        near = [each.initial_guess for each in self._frictionless] or self._before
-        methods = for_pressure(self._methods)
-        self._frictionless = _contacts(
-            bare, methods, near, self._operators, deadline=self._deadline
-        )
+        starts = self._pressures or [_hertzian(each, self._case) for each in self._patches]
+        self._frictionless = self._contacts_of(bare, starts, pressing=True)
+        self._pressures = [each.initial_guess for each in self._frictionless]
         self._operators = [each.disc.operators for each in self._frictionless]
         forces = [each.force for each in self._frictionless]
         self._search.learn_normal(vertical(self._frames, forces, False))
+
+    def _expect_goal(self) -> None:
+        """The height at which the last patch, with its elements, bears the goal of the search."""
+        if len(self._frictionless) != 1 or self._case.curved or self._patches[0].interactions:
+            return
+        (contact,) = self._frictionless
+        (patch,) = self._patches
+        cosine = float(patch.frame.axes[2, 2])
+        if cosine < STEEP:
+            return
+        loaded = contact.under(self._search.goal / cosine)
+        self._search.expect(self._search.z + (loaded.approach - patch.approach) / cosine)
+        self._pressures = [loaded.initial_guess]
 
     def _with_pressures(self) -> list[ContactOnGrid]:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
         change a pressure.
         """
-        near = self._near or [each.initial_guess for each in self._frictionless]
-        return _contacts(self._scenes, self._methods, near, (), self._frictionless, self._deadline)
+        if not self._frictionless:
+            return []
+        starts = _each_of(self._traction_starts, self._scenes)
+        contacts = []
+        for k, (scene, start) in enumerate(zip(self._scenes, starts, strict=True)):
+            options = self._options_of(k, scene)
+            contact = self._frictionless[k].with_friction(scene, options, start)
+            if contact is None:
+                return []
+            contacts.append(contact)
+        return contacts
 
     def _solved_alone(self) -> list[Solution]:
         """Solutions of patches that are not proposed: those of theories."""
@@ -175,14 +245,39 @@ class WheelOnElements:
         return [_by_theory(scene, self._methods) for scene in self._scenes]
 
     def _solved(self) -> list[ContactOnGrid]:
-        near = self._near or [each.initial_guess for each in self._frictionless]
-        return _contacts(
-            self._scenes, self._methods, near, self._operators, deadline=self._deadline
-        )
+        return self._contacts_of(self._scenes, self._traction_starts)
+
+    def _contacts_of(
+        self,
+        scenes: list[Scene],
+        starts: Sequence[Solution | InitialGuess],
+        pressing: bool = False,
+    ) -> list[ContactOnGrid]:
+        """The contacts of patches, from others with their influence numbers, if there are as
+        many.
+        """
+        starts_of_each = _each_of(starts, scenes)
+        operators_of_each = _each_of(self._operators, scenes)
+        contacts = []
+        for k, scene in enumerate(scenes):
+            options = self._options_of(k, scene, pressing)
+            contact = ContactOnGrid.of(scene, options, starts_of_each[k], operators_of_each[k])
+            contacts.append(contact)
+        return contacts
+
+    def _options_of(self, k: int, scene: Scene, pressing: bool = False) -> SolveOptions:
+        """The options of patch k, checked at the first height."""
+        if (k, pressing) not in self._options:
+            methods = for_pressure(self._methods) if pressing else self._methods
+            options = SolveOptions.checked(scene, **methods)
+            self._options[k, pressing] = replace(options, deadline=self._deadline)
+        return self._options[k, pressing].like(scene)
 
     @property
-    def _near(self) -> list[Solution | InitialGuess]:
-        return [each.initial_guess for each in self._contacts] or self._before
+    def _traction_starts(self) -> list[Solution | InitialGuess]:
+        if not self._contacts and self._before:
+            return self._before
+        return [each.initial_guess for each in self._contacts or self._frictionless]
 
     @property
     def _scenes(self) -> list[Scene]:
@@ -213,30 +308,24 @@ def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[C
     return tuple(patches)
 
 
-def _contacts(
-    scenes: list[Scene],
-    methods: dict[str, Any],
-    near: Sequence[Solution | InitialGuess],
-    known: Sequence[Operators],
-    frictionless: Sequence[ContactOnGrid] = (),
-    deadline: float = math.inf,
-) -> list[ContactOnGrid]:
-    """The contacts of patches, from others of theirs and with their influence numbers, if there are
-    as many.
+def _hertzian(patch: ContactPatch, case: WheelGeometry) -> InitialGuess:
+    """Pressures like Hertz's where the bodies overlap by half of the approach or more."""
+    grid = patch.scene.own_grid
+    surface = patch.scene.surface
+    assert isinstance(surface, SampledDistance)
+    overlap = np.maximum(1 - 2 * surface.distance(grid) / patch.approach, 0.0)
+    radius = math.sqrt(np.count_nonzero(overlap) * grid.area / math.pi)
+    modulus = case.bodies.combined_G / (1 - case.bodies.combined_nu)
+    peak = 2 / math.pi * modulus * patch.approach / radius
+    still = np.zeros((2, *grid.shape))
+    return InitialGuess(grid, peak * np.sqrt(overlap), patch.approach, still, (0.0, 0.0))
 
-    Of `frictionless` ones with their pressures, and tractions to begin with; none where these
-    change a pressure.
-    """
-    contacts: list[ContactOnGrid] = []
-    for k, scene in enumerate(scenes):
-        options = replace(SolveOptions.checked(scene, **methods), deadline=deadline)
-        start = near[k] if len(near) == len(scenes) else None
-        own = known[k] if len(known) == len(scenes) else None
-        loaded = frictionless[k].with_friction(scene, options, start) if frictionless else None
-        if frictionless and loaded is None:
-            return []
-        contacts.append(loaded or ContactOnGrid.of(scene, options, start, own))
-    return contacts
+
+def _each_of(known: Sequence[Known], scenes: Sequence[Scene]) -> list[Known | None]:
+    """What is known of each patch, if there are as many."""
+    if len(known) == len(scenes):
+        return list(known)
+    return [None] * len(scenes)
 
 
 def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_friction: bool) -> float:

@@ -15,7 +15,7 @@ from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
+from varcontact.solvers.active_set.tang import full_slip, no_slip, tang, tang_safeguarded
 from varcontact.solvers.conic.backends import PROGRAM_SOLVERS
 from varcontact.solvers.interface import Settings
 
@@ -218,3 +218,33 @@ def test_rough_surfaces(rolling, seed, force):
         np.testing.assert_allclose(whole.traction, one.traction, atol=1e-10 * one.traction.max())
     else:
         assert whole.status == "Cycled"
+
+
+SLIDING = 3.0, 1.0, 0.1
+"""Creepages with which everything slips, and the shift is larger than elasticity gives way."""
+
+
+@pytest.mark.parametrize("seed", range(0, 27, 3))
+def test_full_slip_by_products_is_the_answer_of_newtons_method(seed, tangential_problem):
+    problem = tangential_problem(seed, friction=0.1, creepage=SLIDING, rolling=True)
+    if problem.free:
+        assert full_slip(problem, Settings()) is None
+        return
+    found = full_slip(problem, Settings())
+    printed = tang(problem, newton="exact")
+    assert printed.solved
+    largest = problem.bound.max()
+    np.testing.assert_allclose(found.traction, printed.traction, atol=1e-10 * largest)
+    assert tangential_residual(problem, found.traction, found.rigid) < 1e-11
+    # from the answer one product more
+    assert full_slip(problem, Settings(), found).iterations <= 2
+
+
+def test_what_sticks_is_left_to_newtons_method(tangential_problem):
+    problem = tangential_problem(1, friction=0.6, creepage=(0.01, 0.0, 0.0), rolling=True)
+    assert full_slip(problem, Settings()) is None
+    # a shift large enough everywhere, but for one element
+    problem = tangential_problem(0, friction=0.1, creepage=SLIDING, rolling=True)
+    shift = problem.rigid_shift.copy()
+    shift[:, shift.shape[1] // 2] = 0.0
+    assert full_slip(dataclasses.replace(problem, rigid_shift=shift), Settings()) is None

@@ -17,6 +17,7 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Flow, FlowDerivative, Potential, magnitude, project
+from varcontact.solvers.active_set.tang import full_slip
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import GridConditions, GridProblem, point, solve
 from varcontact.solvers.newton.gcr import Forces, System
@@ -46,7 +47,7 @@ def newton_tangential(
     scaled = scaled_tangential(problem)
     if isinstance(scaled, RawSolution):
         return scaled
-    return solve(scaled, start, settings)
+    return full_slip(problem, settings, start) or solve(scaled, start, settings)
 
 
 def scaled_tangential(problem: TangentialProblem) -> ScaledTangential | RawSolution:
