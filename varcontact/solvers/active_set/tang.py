@@ -525,7 +525,7 @@ def _descend(
         lowest = min(lowest, iterate.merit)
     solved = residual <= RESIDUAL_SOLVED
     status = "Solved" if solved else "MaxIterations"
-    return changed(best, iterations=count, status=status, solved=solved)
+    return changed(best, iterations=count, status=status, solved=solved, residual=residual)
 
 
 @dataclass(frozen=True, eq=False)
