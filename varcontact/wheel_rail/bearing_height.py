@@ -18,12 +18,13 @@ GROWTH = 10.0
 ROUNDING = 1e-15
 """Rounding of heights, relative to the radius of the wheel, from which they are computed."""
 FIRST_MISSING = 0.01
-"""Part of the load that may be missing where tractions are solved for at first, in planes."""
-FIRST_MISSING_CURVED = 0.05
-"""The same on curved surfaces, where patches do not tell the next height."""
+"""Part of the load that may be missing where tractions are solved for at first, and patches tell
+the next height."""
+FIRST_MISSING_UNTOLD = 0.05
+"""The same where they do not."""
 MISSING = 5e-4
-"""The same where it is known what they carry in another position; later on at least, on curved
-surfaces."""
+"""The same where it is known what they carry in another position; and later on at least, where
+patches do not tell."""
 MISSING_OF_LAST = 0.2
 """The same, relative to the part that was missing when they were solved for last."""
 POWERS = 0.2, 5.0
@@ -72,8 +73,8 @@ class BearingHeight:
         self._enough = tol
         first = FIRST_MISSING
         self._least_missing = tol
-        if case.curved:
-            first = FIRST_MISSING_CURVED
+        if not case.patches_tell:
+            first = FIRST_MISSING_UNTOLD
             self._least_missing = MISSING
         if self._mixed:
             self._enough = MISSING if known else first

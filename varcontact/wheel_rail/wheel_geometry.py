@@ -402,6 +402,13 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         return self.with_friction or self.bodies.coupled or self.curved
 
     @property
+    def patches_tell(self) -> bool:
+        """True where the approach of a patch under a load tells the height that bears it: of
+        elastic bodies, in a plane.
+        """
+        return not (self.curved or self.bodies.relaxes)
+
+    @property
     def curved(self) -> bool:
         """True where contacts are on a curved surface."""
         return self.conformal is True

@@ -211,7 +211,9 @@ class WheelOnElements:
 
     def _expect_goal(self) -> None:
         """The height at which the last patch, with its elements, bears the goal of the search."""
-        if len(self._frictionless) != 1 or self._case.curved or self._patches[0].interactions:
+        if not self._case.patches_tell:
+            return
+        if len(self._frictionless) != 1 or self._patches[0].interactions:
             return
         (contact,) = self._frictionless
         (patch,) = self._patches

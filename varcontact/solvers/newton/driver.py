@@ -53,6 +53,9 @@ GCR_TOL_FACTOR = 10.0
 squares residuals, and leaves about ten times their square."""
 LAST_STEP_PART = 0.3
 """Part of the goal that the linear equations of the last step are to leave."""
+LACKING_PART = 0.01
+"""Part of the errors of a start that its forces may lack: GCR hardly moves where these are all of
+it."""
 NOISE_SINGLE = 3e-7
 NOISE_DOUBLE = 1e-15
 """Error of the shift in single and in double precision, relative to the largest traction."""
@@ -230,11 +233,11 @@ def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[
     grids = [conditions]
     while grids[-1].coarsens:
         grids.append(grids[-1].coarser())
-    at = balanced(grids[-1], grids[-1].first())
+    at = grids[-1].first()
     steps = 0
     for coarse, fine in pairwise(reversed(grids)):
         at, _, coarse_steps, _ = newton(coarse, at, COARSE_TOL, settings)
-        at = balanced(fine, fine.refined(at, coarse))
+        at = fine.refined(at, coarse)
         steps += coarse_steps
     return at, steps
 
@@ -301,6 +304,9 @@ def newton(
     goal = _Goal(tol, refined_tol or tol, end=max_steps, residual=tol)
     forces = conditions.forces
     now = measured(conditions, at)
+    if np.linalg.norm(forces.lacking(at.traction)) > LACKING_PART * now.merit:
+        at = balanced(conditions, at)
+        now = measured(conditions, at)
     best = at
     least = np.inf
     idle = 0
