@@ -14,6 +14,8 @@ from varcontact.system.process import lazy_property
 
 ACROSS = np.array([1.0, 0.0])
 """The direction of y."""
+STEP = 0.05
+"""Distance of the points of a curve, and of the circles of a wheel [mm]."""
 LAST_STEP = 1e-7
 """Length of the last of Newton's steps, relative to the curve's length: the error after it is about
 its square.
@@ -118,6 +120,12 @@ class Curve:
         """Parameters from end to end, about a step [mm] apart."""
         intervals = int(np.ceil((self.s[-1] - self.s[0]) / step))
         return np.linspace(self.s[0], self.s[-1], max(2, intervals + 1))
+
+    @lazy_property
+    def finely(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Parameters STEP apart, and points and directions there."""
+        s = self.sampled(STEP)
+        return s, self.points(s), self.directions(s)
 
     def single_valued(self, y: float, direction: np.ndarray) -> Curve:
         """The part around a place `y` of a curve along which y grows, along which ``direction . (y,

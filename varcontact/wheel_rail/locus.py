@@ -20,10 +20,8 @@ from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.slices import RailSurface, Surface
 
-STEP = 0.05
-"""Distance of the circles of the wheel [mm]."""
 CIRCLE = 0.2
-"""The same where surfaces vary [mm]."""
+"""Distance of the circles of a wheel where surfaces vary [mm]."""
 PLANES_REACH = 50.0
 """Largest distance of the planes from the axle [mm]."""
 PLANE = 1.0
@@ -222,9 +220,8 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     cos(theta))`` in the frame of the axle. That its component along the track is zero makes one
     equation for theta, solved in closed form.
     """
-    s = wheel.sampled(STEP)
-    y, r = wheel.points(s).T
-    along = wheel.directions(s)
+    s, points, along = wheel.finely
+    y, r = points.T
     a, b, c = rotation[0]
     slope = b * along[:, 1] / (along[:, 0] * np.hypot(a, c))
     possible = np.abs(slope) < 1

@@ -15,8 +15,8 @@ from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame, RigidBody, rotation
 from varcontact.scene.grid import Grid
 from varcontact.system.process import changed
-from varcontact.wheel_rail.curve import Curve, growing, spline
-from varcontact.wheel_rail.locus import STEP, Locus, Overlap
+from varcontact.wheel_rail.curve import STEP, Curve, growing, spline
+from varcontact.wheel_rail.locus import Locus, Overlap
 from varcontact.wheel_rail.locus import contact_locus as contact_locus
 from varcontact.wheel_rail.slices import RailSurface, Surface
 
