@@ -110,10 +110,10 @@ class ContactOnGrid:
         """Contact without tractions on these elements under a force, about as rough as its approach
         may be.
         """
-        loading = replace(self.disc.loading, approach=None, normal_force=normal_force)
-        disc = replace(self.disc, loading=loading)
-        rough = replace(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
-        return replace(self, disc=disc, state=rough.pressure(disc, self.state))
+        loading = changed(self.disc.loading, approach=None, normal_force=normal_force)
+        disc = changed(self.disc, loading=loading)
+        rough = changed(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
+        return changed(self, disc=disc, state=rough.pressure(disc, self.state))
 
     @property
     def approach(self) -> float:

@@ -362,7 +362,7 @@ def _columns_of(file: CaseFile) -> tuple[str, ...]:
 
 def _count_finished(rows: list[list[dict[str, Any]]]) -> int:
     """Number of wheels that have rows."""
-    return sum(map(bool, rows))
+    return len(rows) - rows.count([])
 
 
 def _on_grids(file: CaseFile) -> bool:

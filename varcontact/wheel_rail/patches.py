@@ -21,6 +21,7 @@ from varcontact.wheel_rail.locus import contact_locus as contact_locus
 from varcontact.wheel_rail.slices import RailSurface, Surface
 
 AT_ORIGIN = Frame(np.zeros(3), np.eye(3))
+ANY_GRID = Grid(nx=1, ny=1)
 GUARD = 1
 """Elements beyond the overlap on every side."""
 SAMPLES = 100
@@ -175,7 +176,8 @@ def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: 
             f"more than {MOST}: give larger ones"
         )
         raise SceneError("dx, dy", (dx, dy), message=reason)
-    return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=(left - 0.5) * dx, y0=(bottom - 0.5) * dy)
+    lattice = {"dx": dx, "dy": dy, "x0": (left - 0.5) * dx, "y0": (bottom - 0.5) * dy}
+    return changed(ANY_GRID, nx=nx, ny=ny, **lattice)
 
 
 def wheel_heights(
@@ -359,7 +361,7 @@ def _rail_heights(
         origin = frame.origin[1:]
         along = frame.axes[1:, 1]
         part = rail.single_valued(float(origin[0]), along)
-        points = part.points(part.at(lateral + along @ origin, along))
+        points = rail.points(part.at(lateral + along @ origin, along))
         return ((points - origin) @ frame.axes[1:, 2])[:, None]
     flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
     heights, *_ = rail.along(frame.globally(flat), frame.axes[:, 2])

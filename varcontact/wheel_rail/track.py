@@ -296,6 +296,13 @@ class Track(
         """The rail or roller on a `side` as a rigid body, with the velocities of its
         irregularity.
         """
+        return self._rail_bodies[side]
+
+    @lazy_property
+    def _rail_bodies(self) -> dict[Side, RigidBody]:
+        return {side: self._rail_body(side) for side in SIGN}
+
+    def _rail_body(self, side: Side) -> RigidBody:
         given: Irregularity = getattr(self, side)
         if self.roller_radius is not None:
             return RigidBody(

@@ -520,7 +520,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             )
         return made
 
-    @lazy_property
+    @property
     def _rail_body(self) -> RigidBody:
         return self.track.rail_body(self.side)
 
