@@ -44,8 +44,6 @@ class Locus:
     ----------
     s : ndarray, shape (n,)
         Parameters of the circles on the wheel's curve [mm].
-    theta : ndarray, shape (n,)
-        Their angles on the circles, forward from the bottom [rad].
     points : ndarray, shape (n, 3)
         In track coordinates [mm].
     radii : ndarray, shape (n,)
@@ -68,7 +66,6 @@ class Locus:
     """
 
     s: np.ndarray
-    theta: np.ndarray
     points: np.ndarray
     radii: np.ndarray
     curvature_radii: np.ndarray
@@ -88,7 +85,6 @@ class Locus:
         """The circles of a `run`, without planes across the track."""
         return Locus(
             self.s[run],
-            self.theta[run],
             self.points[run],
             self.radii[run],
             self.curvature_radii[run],
@@ -240,7 +236,7 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     angles = np.zeros(s.size)
     gap[over] = rail.points(below[over])[:, 1] - points[over, 2]
     angles[over] = rail.angles(below[over])
-    return Locus(s, theta, points, r, r, gap, angles, float(centre[2]))
+    return Locus(s, points, r, r, gap, angles, float(centre[2]))
 
 
 def varied_locus(
@@ -258,9 +254,7 @@ def varied_locus(
     planes = _planes(wheel, rail, lowest, radius)
     # points of the circles in the planes, and their heights above the rail
     begin = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :]
-    theta, points, radii = _in_planes(
-        wheel, v, begin + np.zeros((v.size, 1)), planes, rotation, centre
-    )
+    points, radii = _in_planes(wheel, v, begin + np.zeros((v.size, 1)), planes, rotation, centre)
     gaps, by_x, by_y = rail.along(points, np.array([0.0, 0.0, 1.0]))
     gaps = np.where(np.isfinite(gaps), gaps, np.inf)
     if not np.isfinite(gaps).any():
@@ -281,11 +275,10 @@ def varied_locus(
     at[:, 0] += shift
     radii = radii[rows, k]
     curvature_radii = _curvature_radii(planes, gaps, k, gap, radii)
-    theta = theta[rows, k] + shift / radii
     angles = np.arctan(np.nan_to_num(by_y[rows, k]))
     slopes = np.nan_to_num(by_x[rows, k])
     height = float(centre[2])
-    return Locus(v, theta, at, radii, curvature_radii, gap, angles, height, planes, gaps, slopes)
+    return Locus(v, at, radii, curvature_radii, gap, angles, height, planes, gaps, slopes)
 
 
 def _planes(wheel: Surface, rail: RailSurface, lowest: float, radius: float) -> np.ndarray:
@@ -311,8 +304,8 @@ def _in_planes(
     planes: np.ndarray,
     rotation: np.ndarray,
     centre: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Angles, points and radii where circles `v` of a wheel cross planes, by Newton's method from
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points and radii where circles `v` of a wheel cross planes, by Newton's method from
     angles `theta`.
     """
     a, b, c = rotation[0]
@@ -328,7 +321,7 @@ def _in_planes(
     y, r = np.moveaxis(wheel.points(theta, v[:, None])[0], -1, 0)
     points = np.stack([r * np.sin(theta), y, r * np.cos(theta)], axis=-1) @ rotation.T + centre
     points[..., 0] = planes
-    return theta, points, r
+    return points, r
 
 
 def _lowest_beside(
