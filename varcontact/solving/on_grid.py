@@ -92,7 +92,8 @@ class ContactOnGrid:
         pressure as it is.
         """
         solver = options.solver(scene)
-        disc = discretise(scene, self.disc.grid, self.disc.operators)
+        disc = self.disc.with_loading(scene=scene, friction=scene.friction)
+        disc = disc.with_motion(scene.motion)
         same = self.solver.plan.normal == solver.plan.normal and self.disc.subgrid is None
         exact = self.solver.tol <= solver.tol and not solver.plan.closed_form
         if not (same and exact) or solver.plan.coupling != "none":

@@ -509,16 +509,10 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
     @lazy_property
     def _bodies(self) -> dict[bool, RigidBody]:
         """The wheel set as a rigid body at the height 0, pitching or not."""
-        made = {}
-        for pitching in (True, False):
-            made[pitching] = self.velocity.body(
-                self.wheelset,
-                self.position,
-                0.0,
-                pitching=pitching,
-                curve_radius=self.track.curve_radius,
-            )
-        return made
+        curve_radius = self.track.curve_radius
+        pitching = self.velocity.body(self.wheelset, self.position, 0.0, curve_radius=curve_radius)
+        turning = self.velocity.turning(self.position, curve_radius)
+        return {True: pitching, False: changed(pitching, angular_velocity=turning)}
 
     @property
     def _rail_body(self) -> RigidBody:
