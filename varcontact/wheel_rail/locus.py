@@ -219,11 +219,16 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     s, points, along = wheel.finely
     y, r = points.T
     a, b, c = rotation[0]
-    slope = b * along[:, 1] / (along[:, 0] * np.hypot(a, c))
+    length = np.hypot(a, c)
+    a, c = a / length, c / length
+    slope = (b / length) * along[:, 1] / along[:, 0]
     possible = np.abs(slope) < 1
     s, y, r, slope = (each[possible] for each in (s, y, r, slope))
-    theta = np.arcsin(slope) - np.arctan2(c, a)
-    points = np.stack([r * np.sin(theta), y, r * np.cos(theta)], axis=1) @ rotation.T + centre
+    # theta = arcsin(slope) - arctan2(c, a)
+    root = np.sqrt(1 - slope**2)
+    sine = a * slope - c * root
+    cosine = a * root + c * slope
+    points = np.stack([r * sine, y, r * cosine], axis=1) @ rotation.T + centre
     below = rail.at(points[:, 1])
     over = np.isfinite(below)
     if not over.any():
