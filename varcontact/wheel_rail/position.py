@@ -143,7 +143,7 @@ class Velocity(
         curve_radius : float
             Curve radius of the track, with which the wheel set turns as it rolls [mm].
         """
-        turning = self.turning(position, curve_radius)
+        turning = turning_with_track(self, position, curve_radius)
         if pitching:
             pitch = self.pitch_rate
             if pitch is None:
@@ -156,13 +156,14 @@ class Velocity(
             angular_velocity=turning,
         )
 
-    def turning(self, position: Position, curve_radius: float = np.inf) -> np.ndarray:
-        """Angular velocity of a wheel set that does not turn about its axle, in track coordinates
-        [rad/s].
-        """
-        upright = np.array([0.0, -np.sin(position.roll), np.cos(position.roll)])
-        along = np.array([self.roll_rate, 0.0, self.speed / curve_radius])
-        return np.asarray(along + self.yaw_rate * upright)
+
+def turning_with_track(velocity: Velocity, position: Position, curve_radius: float) -> np.ndarray:
+    """Angular velocity of a wheel set that does not turn about its axle, in track coordinates
+    [rad/s].
+    """
+    upright = np.array([0.0, -np.sin(position.roll), np.cos(position.roll)])
+    turning = np.array([velocity.roll_rate, 0.0, velocity.speed / curve_radius])
+    return np.asarray(turning + velocity.yaw_rate * upright)
 
 
 def check_forward(rolling: float) -> None:
