@@ -16,9 +16,10 @@ from tests.conditions import violations
 from varcontact.elasticity.operators import Homogeneous
 from varcontact.solvers import interface
 from varcontact.solving import adaptive
+from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.transports import HERE, Stencil
 from varcontact.wheel_rail import solve_to_target as wheels
-from varcontact.wheel_rail.wheel_on_elements import WheelOnElements
+from varcontact.wheel_rail import wheel_on_elements
 
 mpl.use("Agg")
 DATA = Path(__file__).parent / "data"
@@ -74,22 +75,24 @@ def rolling():
 @pytest.fixture
 def clock(monkeypatch):
     """Time that goes by with the elements solved: the same however busy the machine is."""
-    clock, solve, options_of = (
-        SimpleNamespace(now=0.0),
-        adaptive._solved,
-        WheelOnElements._options_of,
-    )
+    clock, solve = SimpleNamespace(now=0.0), adaptive._solved
 
     def timed(scene, *rest):
         clock.now += 0.01 + 5e-5 * scene.grid.size
         return solve(scene, *rest)
 
-    def timed_contact(wheel, k, scene, *rest):
-        clock.now += 0.01 + 5e-5 * scene.grid.size
-        return options_of(wheel, k, scene, *rest)
+    class TimedContact(ContactOnGrid):
+        @classmethod
+        def of(cls, scene, *rest):
+            clock.now += 0.01 + 5e-5 * scene.grid.size
+            return super().of(scene, *rest)
+
+        def with_friction(self, scene, *rest):
+            clock.now += 0.01 + 5e-5 * scene.grid.size
+            return super().with_friction(scene, *rest)
 
     monkeypatch.setattr(adaptive, "_solved", timed)
-    monkeypatch.setattr(WheelOnElements, "_options_of", timed_contact)
+    monkeypatch.setattr(wheel_on_elements, "ContactOnGrid", TimedContact)
     for module in (adaptive, interface, wheels):
         monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
     return clock

@@ -257,5 +257,8 @@ def test_saturated():
         cattaneo_mindlin(PRESSED, ALIKE, 0.4, 0.05)
 
 
-def test_integrals_of_no_number_end():
-    assert np.isnan(complete_integral(np.nan, 1.0, 1.0))
+def test_integrals_of_no_number_end_and_spoil_no_others():
+    found = complete_integral(np.array([0.5, np.nan, 0.0, 1e-300]), 1.0, 1.0)
+    assert found[0] == pytest.approx(elliptic_integrals(0.5).K, rel=1e-14)
+    assert np.isnan(found[1])
+    assert found[3] == pytest.approx(np.log(4e300), rel=1e-14)

@@ -308,7 +308,7 @@ def test_the_plan_has_the_grid_of_the_solution(rolling, changes, placed):
         placed_grid = asdict(potential.placed)
         for name, value in asdict(answer.grid).items():
             if isinstance(value, float):
-                value = pytest.approx(value, rel=1e-15)
+                value = pytest.approx(value, rel=1e-15, abs=0)
             assert placed_grid[name] == value, name
 
 

@@ -7,10 +7,12 @@ import pytest
 
 from tests.wheel_rail.conditions import TRACK, WHEELSET
 from varcontact.errors import NotConverged, SceneError
+from varcontact.solving.methods import Methods
+from varcontact.solving.selection import select
 from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.wheel_rail import Position, WheelOnRail
 from varcontact.wheel_rail.bearing_height import ROUNDS, BearingHeight
-from varcontact.wheel_rail.wheel_on_elements import WheelOnElements
+from varcontact.wheel_rail.wheel_on_elements import WheelOnElements, patches_at
 
 LOAD = 80e3
 TOL = 1e-8
@@ -81,7 +83,21 @@ def test_patches_tell_the_next_height(part):
         depth = (search.goal / 1e7) ** (2 / 3)
         search.expect(z + (case.touching + depth - z) * part)
     assert search.z - case.touching == pytest.approx((LOAD / 1e7) ** (2 / 3), rel=1e-7)
-    assert search.rounds <= (2 if part == 1.0 else 4)
+    assert search.rounds == (2 if part == 1.0 else 3)
+    # known from the second height on, and not forgotten where it has been applied
+    assert search._change == pytest.approx(part, rel=1e-6)
+
+
+def test_methods_follow_the_number_of_elements():
+    """As those of the first height are kept, but not for many more elements."""
+    case = wheel(3.0, dx=0.4, dy=0.4)
+    on_elements = WheelOnElements(case, TOL, {})
+    for depth, normal in ((0.01, "norm"), (0.012, "norm"), (0.2, "newton"), (0.005, "norm")):
+        (patch,) = patches_at(case, case.touching + depth)
+        scene = patch.scene.without_friction
+        plan = on_elements._options_of(0, scene, pressing=True).plan
+        assert plan.normal == select(scene, Methods()).normal == normal
+        assert plan.grid.form.shape == scene.own_grid.shape
 
 
 def test_fine_elements_begin_where_coarse_ones_bear_the_load():

@@ -6,6 +6,7 @@ import io
 import logging
 import sys
 from collections.abc import Iterable
+from functools import cache
 from importlib import import_module
 from typing import Annotated, Any, NamedTuple
 
@@ -198,11 +199,17 @@ def _with_tables(app: typer.Typer) -> typer.Typer:
     return app
 
 
+@cache
+def _whole_app() -> typer.Typer:
+    """The command line with all commands."""
+    return _with_tables(_app_of(COMMANDS))
+
+
 def __getattr__(name: str) -> typer.Typer:
     """`app`: the command line with all commands, built where it is asked for."""
     if name != "app":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return _with_tables(_app_of(COMMANDS))
+    return _whole_app()
 
 
 def main() -> None:
@@ -215,4 +222,4 @@ def main() -> None:
     if sys.argv[1:] and sys.argv[1] in COMMANDS:
         _app_of(sys.argv[1:2])()
     else:
-        __getattr__("app")()
+        _whole_app()()

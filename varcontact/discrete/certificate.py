@@ -239,7 +239,9 @@ def certificate_of(
 
 
 def _shift(problem: TangentialProblem, response: ContactResponse) -> np.ndarray | None:
-    """The shift E (c, n) of a response; None where it is that of tractions beyond friction, too."""
+    """The shift E (c, n) of a response; None where tractions act without friction: the response
+    has their shift, too.
+    """
     if outside_friction(problem, response.state) != 0:
         return None
     return problem.of_grid(response.shift, response.state.rigid)[0]

@@ -4,6 +4,7 @@ dimensionless.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
@@ -156,7 +157,8 @@ class RawSolution:
     The traction is a pressure (n,) or tractions (c, n); rigid (1,) or (c,) is the approach, or the
     uniform rigid shift where the force is prescribed. The status is the solver's own word, `solved`
     what it means: whether the solver says that it reached all it was asked for. The reason tells
-    why another solver than the one asked for has answered, where there was no choice.
+    why another solver than the one asked for has answered, where there was no choice. The residual
+    is that of the natural map, or no less, where the solver measured it; else NaN.
     """
 
     traction: np.ndarray
@@ -166,6 +168,7 @@ class RawSolution:
     solved: bool = True
     solver: str = ""
     reason: str = ""
+    residual: float = math.nan
 
     @property
     def finite(self) -> bool:

@@ -271,8 +271,9 @@ class GridOperator:
     @property
     def _symbol(self) -> np.ndarray:
         if "symbol" not in self._made:
-            periodic = wrapped(self.table, self._box, self.period)
-            self._made["symbol"] = spectrum_of(periodic, self._box)
+            symbol = spectrum_of(wrapped(self.table, self._box, self.period), self._box)
+            symbol.setflags(write=False)
+            self._made["symbol"] = symbol
         return self._made["symbol"]
 
     @lazy_property

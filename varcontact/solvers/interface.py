@@ -209,7 +209,11 @@ def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]
 
 
 def natural_residual(problem: NormalProblem | TangentialProblem, raw: RawSolution) -> float:
-    """Residual of the natural map, relative to the largest traction."""
+    """Residual of the natural map, relative to the largest traction: as measured by the solver, or
+    anew.
+    """
+    if not math.isnan(raw.residual):
+        return raw.residual
     if isinstance(problem, NormalProblem):
         return normal_residual(problem, raw.traction, raw.rigid)
     return tangential_residual(problem, raw.traction, raw.rigid)

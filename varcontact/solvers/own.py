@@ -134,7 +134,7 @@ def _answer(problem: NormalProblem | TangentialProblem, result: Any) -> RawSolut
     if rigid is None:
         rigid = np.zeros(problem.components)
     shifts = _numbers("rigid shift", rigid, (problem.components,))
-    return replace(raw, traction=tractions, rigid=shifts)
+    return replace(raw, traction=tractions, rigid=shifts, residual=math.nan)
 
 
 def _pressure(
@@ -152,7 +152,7 @@ def _pressure(
     residual = normal_residual(problem, pressure, approach)
     if not residual <= PRESSURE_RESIDUAL_MAX:
         raise Failure(f"its pressures have a residual of {residual:.2g}")
-    return replace(raw, traction=pressure, rigid=approach)
+    return replace(raw, traction=pressure, rigid=approach, residual=math.nan)
 
 
 def _numbers(what: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Solutions to an accuracy, or within a time: finer and finer grids until the
 estimated error is small enough.
 
-One rule for every scene. Grids have 6, 9, 14, 21, ... elements across the
+One rule for every scene. Grids have 4, 6, 9, 14, 21, ... elements across the
 contact (line contact begins with 48). The last three tell the error:
 Richardson's steps ``s = (v_fine - v_coarse)/((n_fine/n_coarse)^1.5 - 1)`` of
 the two pairs, as they stand on the finest grid, give

@@ -231,10 +231,10 @@ def distance(values: np.ndarray, other: np.ndarray) -> float:
 def together(
     disc: Discretisation, state: ContactState, solver: str, settings: Settings
 ) -> tuple[Discretisation, ContactState]:
-    """Pressure and tractions by "newton" or "splitting" for both at once, from tractions under a
-    pressure; as they were where these fail.
+    """Pressure and tractions by a solver for both at once (`AT_ONCE`), from tractions under a
+    pressure; as they were where it fails.
 
-    Where tractions carry a part of the normal force, the approach is then given; splitting lets
+    Where tractions carry a part of the normal force, Newton's method gives the approach; others let
     pressures alone carry it.
     """
     tangential = disc.tangential_problem(state.pressure)

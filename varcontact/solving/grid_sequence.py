@@ -16,7 +16,7 @@ from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 
-COARSEST_ELEMENTS = 6
+COARSEST_ELEMENTS = 4
 """Elements across the contact on the coarsest grid."""
 COARSEST_ELEMENTS_LINE = 48
 """The same in line contact."""

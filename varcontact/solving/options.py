@@ -30,7 +30,7 @@ from varcontact.solvers.interface import SolveStats
 from varcontact.solvers.trace import Trace
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.methods import AUTO, FormulationName, MethodName, Methods, taken_apart
-from varcontact.solving.pipeline import check_fits
+from varcontact.solving.pipeline import check_fits, elements_in_contact
 from varcontact.solving.selection import select
 from varcontact.system.process import changed
 from varcontact.system.progress import Progress
@@ -44,6 +44,8 @@ million at most."""
 
 DEFAULT_ACCURACY = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
+SAME_SIZE = 1.5
+"""Ratio of elements in contact up to which methods chosen by their number are kept."""
 
 CertifyName = Literal["auto", "full", "gap", "none"]
 """Levels of the certificate."""
@@ -179,10 +181,14 @@ class SolveOptions:
             plan, tol, self.polish, stats, self.start, certify, refined, chosen, self.deadline
         )
 
+    def suit(self, scene: Scene) -> bool:
+        """True of a scene of the same kind with about as many elements: methods go by these."""
+        before, _ = elements_in_contact(self.scene)
+        now, _ = elements_in_contact(scene)
+        return before < SAME_SIZE * now and now < SAME_SIZE * before
+
     def like(self, scene: Scene) -> SolveOptions:
-        """The same for a scene of the same kind on another grid of as many elements or about as
-        many.
-        """
+        """The same for a scene that they suit."""
         plan = changed(self.plan, grid=PotentialContact.of(scene))
         return changed(self, scene=scene, plan=plan)
 

@@ -152,8 +152,8 @@ def of_another(store: str | Path | None, what: str) -> SceneError:
 
 
 def completed(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> list[dict[str, Any]]:
-    """Rows with all columns, as those of a DataFrame: NaN where there is no entry, and floats where
-    a column has some.
+    """Rows of texts, `int` and `float` with all columns, as those of a DataFrame: NaN where there
+    is no entry, and floats where a column has some.
     """
     filled = [{name: row.get(name, math.nan) for name in columns} for row in rows]
     for name in columns:

@@ -18,9 +18,12 @@ GROWTH = 10.0
 ROUNDING = 1e-15
 """Rounding of heights, relative to the radius of the wheel, from which they are computed."""
 FIRST_MISSING = 0.01
-"""Part of the load that may be missing where tractions are solved for at first."""
+"""Part of the load that may be missing where tractions are solved for at first, in planes."""
+FIRST_MISSING_CURVED = 0.05
+"""The same on curved surfaces, where patches do not tell the next height."""
 MISSING = 5e-4
-"""The same where it is known what they carry in another position."""
+"""The same where it is known what they carry in another position; later on at least, on curved
+surfaces."""
 MISSING_OF_LAST = 0.2
 """The same, relative to the part that was missing when they were solved for last."""
 POWERS = 0.2, 5.0
@@ -67,8 +70,13 @@ class BearingHeight:
         # where tractions carry a part, they are solved for near the height
         self._mixed = case.tractions_bear_load
         self._enough = tol
+        first = FIRST_MISSING
+        self._least_missing = tol
+        if case.curved:
+            first = FIRST_MISSING_CURVED
+            self._least_missing = MISSING
         if self._mixed:
-            self._enough = MISSING if known else FIRST_MISSING
+            self._enough = MISSING if known else first
         self._excess = math.inf
         # where the patches of the last height bear the goal, the goal of those before, and what
         # forces changed by the step, relative to what was expected
@@ -113,7 +121,7 @@ class BearingHeight:
         before, last = (force ** (2 / 3) for _, force in self._tried[-2:])
         goal = self._last_goal ** (2 / 3)
         if abs(goal - before) > LITTLE * before:
-            change = (last - before) / (goal - before)
+            change = self._change * (last - before) / (goal - before)
             self._change = float(np.clip(change, *CHANGES))
         self._expected = self.z + (z - self.z) / self._change
         self._last_goal = self.goal
@@ -172,7 +180,7 @@ class BearingHeight:
         self._excess = force / self._load - 1
         self.done = abs(self._excess) <= self._tol
         if self._mixed:
-            self._enough = max(self._tol, MISSING_OF_LAST * abs(self._excess))
+            self._enough = max(self._least_missing, MISSING_OF_LAST * abs(self._excess))
 
     def _lifted(self, force: float) -> SceneError:
         load = self._load

@@ -33,7 +33,7 @@ ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
 jump.
 """
-STEEP = 0.9
+LEAST_COSINE = 0.9
 """Cosine of the contact angle below which a patch on elements moves with the height too far to tell
 the next one.
 """
@@ -216,7 +216,7 @@ class WheelOnElements:
         (contact,) = self._frictionless
         (patch,) = self._patches
         cosine = float(patch.frame.axes[2, 2])
-        if cosine < STEEP:
+        if cosine < LEAST_COSINE:
             return
         loaded = contact.under(self._search.goal / cosine)
         self._search.expect(self._search.z + (loaded.approach - patch.approach) / cosine)
@@ -266,12 +266,15 @@ class WheelOnElements:
         return contacts
 
     def _options_of(self, k: int, scene: Scene, pressing: bool = False) -> SolveOptions:
-        """The options of patch k, checked at the first height."""
-        if (k, pressing) not in self._options:
+        """The options of patch k, checked at the first height, and where it has many more elements
+        or fewer.
+        """
+        kept = self._options.get((k, pressing))
+        if kept is None or not kept.suit(scene):
             methods = for_pressure(self._methods) if pressing else self._methods
-            options = SolveOptions.checked(scene, **methods)
-            self._options[k, pressing] = replace(options, deadline=self._deadline)
-        return self._options[k, pressing].like(scene)
+            kept = replace(SolveOptions.checked(scene, **methods), deadline=self._deadline)
+            self._options[k, pressing] = kept
+        return kept.like(scene)
 
     @property
     def _traction_starts(self) -> list[Solution | InitialGuess]:

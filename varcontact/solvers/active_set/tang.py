@@ -385,14 +385,14 @@ def full_slip(
 
 def _sliding(problem: TangentialProblem) -> RawSolution | None:
     """Tractions at their bound against the rigid shift, where that is more than they give way by
-    themselves, and where they then slide.
+    themselves, and where they then slide against their tractions.
     """
     size = magnitude(problem.rigid_shift)
     if problem.free or not np.all(size > problem.operator.diagonal * problem.bound):
         return None
     traction = -problem.rigid_shift * (problem.bound / size)
     at = RawSolution(traction, np.zeros(problem.components))
-    if not problem.potential.slips(_trial(problem, at), problem.operator.row_size).all():
+    if np.any(np.sum(traction * shift_of(problem, at), axis=0) > 0):
         return None
     return at
 
@@ -525,7 +525,7 @@ def _descend(
         lowest = min(lowest, iterate.merit)
     solved = residual <= RESIDUAL_SOLVED
     status = "Solved" if solved else "MaxIterations"
-    return changed(best, iterations=count, status=status, solved=solved)
+    return changed(best, iterations=count, status=status, solved=solved, residual=residual)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ search keeps it converging.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -232,7 +233,7 @@ def _from_coarse_grids(conditions: GridConditions, settings: Settings) -> tuple[
     at = balanced(grids[-1], grids[-1].first())
     steps = 0
     for coarse, fine in pairwise(reversed(grids)):
-        at, _, coarse_steps = newton(coarse, at, COARSE_TOL, settings)
+        at, _, coarse_steps, _ = newton(coarse, at, COARSE_TOL, settings)
         at = balanced(fine, fine.refined(at, coarse))
         steps += coarse_steps
     return at, steps
@@ -247,8 +248,11 @@ def solve_from(
     max_steps: int = MAX_STEPS,
 ) -> RawSolution:
     conditions = problem.conditions
-    at, status, steps = newton(conditions, at, tol, settings, problem, refined_tol, max_steps)
-    return RawSolution(*problem.physical(at.traction, at.rigid), steps, status, status == "Solved")
+    at, status, steps, error = newton(
+        conditions, at, tol, settings, problem, refined_tol, max_steps
+    )
+    traction, rigid = problem.physical(at.traction, at.rigid)
+    return RawSolution(traction, rigid, steps, status, status == "Solved", residual=error)
 
 
 @dataclass
@@ -286,13 +290,13 @@ def newton(
     finest: Problem[C] | None = None,
     refined_tol: float | None = None,
     max_steps: int = MAX_STEPS,
-) -> tuple[Point, str, int]:
+) -> tuple[Point, str, int, float]:
     """Solve a contact problem on one grid, from a point, to a residual of the natural map relative
     to the largest traction.
 
     With `finest` the answer is judged in double precision; else single precision is enough. With a
     `refined_tol` a few more steps lead towards that. Also "Solved", "MaxIterations" or
-    "NotANumber", and the steps.
+    "NotANumber", the steps, and the error where it was judged, else NaN.
     """
     goal = _Goal(tol, refined_tol or tol, end=max_steps, residual=tol)
     forces = conditions.forces
@@ -309,7 +313,7 @@ def newton(
             at = _in_double_precision(at, finest)
             now = measured(conditions, at)
         if not np.isfinite(now.merit):
-            return best, "NotANumber", count
+            return best, "NotANumber", count, math.nan
         ny, nx = at.traction.shape[1:]
         settings.stats.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
         follow(at)
@@ -320,8 +324,9 @@ def newton(
         if now.residual <= goal.residual:
             at = _admissible(conditions, at, finest)
             best = at
-            if goal.reached(_error(at, finest), count):
-                return at, "Solved", count
+            error = _error(at, finest)
+            if goal.reached(error, count):
+                return at, "Solved", count, error
             now = measured(conditions, at)
             if now.residual == 0:
                 break  # no step is left to take
@@ -340,7 +345,7 @@ def newton(
             break  # no part of a step leads down
         at = changed(at, noise=noise)
         now = measure
-    return _admissible(conditions, best, finest), goal.status, count
+    return _admissible(conditions, best, finest), goal.status, count, math.nan
 
 
 def _follower(finest: Problem[C] | None, settings: Settings) -> Callable[[Point], None]:

@@ -92,12 +92,12 @@ class Step:
         return bool(np.isfinite(self.traction).all() and np.isfinite(self.shift).all())
 
 
-Room = tuple[np.ndarray, np.ndarray, np.ndarray]
+Room = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def room_for(size: int, forces: Forces) -> Room:
-    """Room for directions, M times them, and what the equations make of them: taken from memory
-    only where used.
+    """Room for directions, M times them, what the equations make of them, and the triangle of their
+    projections: taken from memory only where used.
     """
     # rounding may take more than the unknowns
     most = min(
@@ -106,7 +106,7 @@ def room_for(size: int, forces: Forces) -> Room:
     directions = np.empty((most, size), np.float32)
     products = np.empty((most, size), np.float32)
     images = np.empty((most, size + len(forces.components)), np.float32)
-    return directions, products, images
+    return directions, products, images, np.zeros((most, most))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +134,11 @@ class _Border:
     def shifts(self, direction: np.ndarray, lacking: np.ndarray) -> np.ndarray:
         """The uniform shifts with which a direction has the forces that lack."""
         return np.asarray(self.inverse @ (self.sums(direction) - lacking))
+
+    def moved(self, shifts: np.ndarray) -> np.ndarray:
+        """Left-hand sides for uniform shifts."""
+        moved = zip(shifts, self.columns, strict=True)
+        return np.asarray(sum(np.float32(shift) * column for shift, column in moved))
 
     def balanced(self, direction: np.ndarray, shifts: np.ndarray) -> np.ndarray:
         """A direction with uniform shifts."""
@@ -174,27 +179,30 @@ def gcr(
     if length == 0:
         return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)))
     residual = np.concatenate([(right / length).ravel(), lacking / length]).astype(np.float32)
-    directions, products, images = room
+    directions, products, images, triangle = room
     most = len(images)
     rigid = np.zeros((most, k))
-    triangle = np.zeros((most, most))
     along = np.zeros(most)
-    border = _Border.of(system, forces)
+    border = None
+    if k:
+        border = _Border.of(system, forces)
     count = 0
     while count < most and math.sqrt(residual @ residual) > tol:
         # a direction that keeps the forces, and what the equations make of it
         direction = system.precondition(residual[:size].reshape(shape))
-        shifts = border.shifts(direction, residual[size:])
-        if not np.all(np.abs(shifts) <= SHIFT_MAX):  # no motion changes the forces
-            break
-        direction = border.balanced(direction, shifts)
+        image = images[count]
+        if border is not None:
+            shifts = border.shifts(direction, residual[size:])
+            if not np.all(np.abs(shifts) <= SHIFT_MAX):  # no motion changes the forces
+                break
+            direction = border.balanced(direction, shifts)
+            rigid[count] = shifts
+            image[size:] = border.sums(direction)
         product = kernel(direction)
         rows = system.rows(product, direction)
-        for shift, column in zip(shifts, border.columns, strict=True):
-            rows += np.float32(shift) * column
-        image = images[count]
+        if border is not None:
+            rows += border.moved(rigid[count])
         image[:size] = rows.ravel()
-        image[size:] = border.sums(direction)
         # orthogonal to earlier images, and of unit length
         earlier = images[:count]
         projections = earlier @ image
@@ -205,7 +213,6 @@ def gcr(
         image /= np.float32(image_length)
         directions[count] = direction.ravel()
         products[count] = product.ravel()
-        rigid[count] = shifts
         triangle[:count, count] = projections
         triangle[count, count] = image_length
         # what it takes off the residual

@@ -99,14 +99,14 @@ class TangentialConditions(GridConditions):
 
     def sliding(self) -> Point | None:
         """Tractions at their bound against the rigid shift, where that is more than they give way
-        by themselves, and where they then slide.
+        by themselves, and where they then slide against their tractions.
         """
         size = magnitude(self.known)
         if self.forces.components or not np.all(size[self.contact] > self.bound[self.contact]):
             return None
         traction = -self.known * (self.bound / np.where(self.contact, size, 1.0))
         at = point(self, traction, np.zeros((len(traction), 1, 1)))
-        if self.sticks(traction - at.shift, 1.0).any():
+        if (dot(traction, at.shift) > 0).any():
             return None
         return at
 
