@@ -11,7 +11,7 @@ from varcontact.errors import Interrupted, SceneError
 from varcontact.scene.friction import ExponentialFalling
 from varcontact.wheel_rail import Position, Profile, Velocity, case_file
 from varcontact.wheel_rail import solve as side_by_side
-from varcontact.wheel_rail.case_file import read_case, solve_cases
+from varcontact.wheel_rail.case_file import _identities, read_case, solve_cases
 from varcontact.wheel_rail.plots import plot_positions
 from varcontact.wheel_rail.quantities import columns
 from varcontact.wheel_rail.solve import SIDE_BY_SIDE
@@ -262,6 +262,22 @@ def test_a_table_of_other_cases_is_refused(tmp_path):
         match=r"has a wheel that is not in the case file as it is now \(position 1, y = 1 mm",
     ):
         solve_cases(read(tmp_path, "friction = 0.2" + one), tmp_path / "table.csv")
+
+
+def test_the_identity_of_a_wheel_is_that_of_its_case_alone(tmp_path):
+    """Whatever wheels it shares a track with, and whichever: tables are continued by it."""
+    text = CASE.replace("[1.0, 2.0, 9e2]", "[1.0, 2.0, 3.0]")
+    cases = list(read(tmp_path, text).cases)
+    again = read(tmp_path, text)
+    flatter = dataclasses.replace(cases[0].track, cant=0.02)
+    cases += [dataclasses.replace(cases[0], track=flatter), again.cases[1]]
+    file = dataclasses.replace(again, cases=tuple(cases), numbers=tuple(range(1, 6)))
+    found = _identities(file)
+    alone = [_identities(dataclasses.replace(file, cases=(each,))) for each in cases]
+    assert found == [name for (name,) in alone]
+    assert found[4] == found[1]
+    assert len(set(found)) == 4
+    assert not set(_identities(dataclasses.replace(file, options={"tol": 1e-3}))) & set(found)
 
 
 def test_one_wheel_alone_says_what_is_wrong_with_it(tmp_path):

@@ -2,6 +2,8 @@
 results.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -83,7 +85,8 @@ def test_cone_on_cylinder_with_yaw_in_closed_form():
     yaw = 0.02
     case = wheel_on_rail(round_rail(), cone(), position=Position(y=2.0, yaw=yaw))
     theta = np.arcsin(SLOPE * np.tan(yaw))
-    assert case.locus.theta == pytest.approx(theta, abs=1e-9)
+    points = (case.locus.points - [0.0, 2.0, -460.0]) @ rotation(yaw=yaw)
+    assert np.arctan2(points[:, 0], points[:, 2]) == pytest.approx(theta, abs=1e-9)
     normal = rotation(yaw=yaw) @ [np.sin(theta), SLOPE, np.cos(theta)]
     assert normal[0] == pytest.approx(0.0, abs=1e-12)
     angle = -np.arctan2(normal[1], normal[2])
@@ -207,6 +210,21 @@ def test_roll_and_rolling_radius_of_the_benchmark(row):
     roll, radii = rigid(row["y_ws"], row["yaw"])
     assert roll == pytest.approx(row["roll"], rel=0.02, abs=5e-6)
     assert np.mean(radii) == pytest.approx(-2000.0 / row["pitch_rate"], abs=0.25)
+
+
+def test_wheels_on_a_track_share_its_curves():
+    """Placed once, and each side's its own; those of another cant, or radius, are others."""
+    track = Track(rail=RAIL, cant=0.025)
+    near, far = (wheel(y, track=track, side="left") for y in (0.0, 3.0))
+    assert near.rail is far.rail and near.wheel is far.wheel
+    assert near.rail.points(near.rail.s)[:, 0].max() < 0
+    assert wheel(track=track).rail.points(wheel(track=track).rail.s)[:, 0].min() > 0
+    flat = replace(track, cant=0.0).placed("left")
+    larger = replace(WHEELSET, radius=500.0).placed("left")
+    at = np.array([-750.0])
+    assert abs(flat.angles(flat.at(at)) - near.rail.angles(near.rail.at(at))) > 0.02
+    grown = larger.points(larger.at(at)) - near.wheel.points(near.wheel.at(at))
+    assert grown[0, 1] == pytest.approx(40.0, abs=1e-9)
 
 
 def test_the_gauge_is_measured_at_its_height():

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import ClassVar
@@ -42,12 +43,16 @@ def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndar
         checks.number(name, value)
         for name, value in (("roll", roll), ("yaw", yaw), ("pitch", pitch))
     ]
-    a, b, c = np.cos(angles)
-    sa, sb, sc = np.sin(angles)
-    about_x = np.array([[1, 0, 0], [0, a, -sa], [0, sa, a]])
-    about_z = np.array([[b, -sb, 0], [sb, b, 0], [0, 0, 1]])
-    about_y = np.array([[c, 0, sc], [0, 1, 0], [-sc, 0, c]])
-    return np.asarray(about_x @ about_z @ about_y)
+    a, b, c = map(math.cos, angles)
+    sa, sb, sc = map(math.sin, angles)
+    # the product, written out
+    return np.array(
+        [
+            [b * c, -sb, b * sc],
+            [a * sb * c + sa * sc, a * b, a * sb * sc - sa * c],
+            [sa * sb * c - a * sc, sa * b, sa * sb * sc + a * c],
+        ]
+    )
 
 
 _vector = partial(checks.array, shape=(3,), meant="three numbers")

@@ -92,7 +92,8 @@ class ContactOnGrid:
         pressure as it is.
         """
         solver = options.solver(scene)
-        disc = discretise(scene, self.disc.grid, self.disc.operators)
+        disc = self.disc.with_loading(scene=scene, friction=scene.friction)
+        disc = disc.with_motion(scene.motion)
         same = self.solver.plan.normal == solver.plan.normal and self.disc.subgrid is None
         exact = self.solver.tol <= solver.tol and not solver.plan.closed_form
         if not (same and exact) or solver.plan.coupling != "none":
@@ -110,10 +111,10 @@ class ContactOnGrid:
         """Contact without tractions on these elements under a force, about as rough as its approach
         may be.
         """
-        loading = replace(self.disc.loading, approach=None, normal_force=normal_force)
-        disc = replace(self.disc, loading=loading)
-        rough = replace(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
-        return replace(self, disc=disc, state=rough.pressure(disc, self.state))
+        loading = changed(self.disc.loading, approach=None, normal_force=normal_force)
+        disc = changed(self.disc, loading=loading)
+        rough = changed(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
+        return changed(self, disc=disc, state=rough.pressure(disc, self.state))
 
     @property
     def approach(self) -> float:

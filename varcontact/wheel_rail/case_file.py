@@ -309,7 +309,7 @@ def solve_rows(
 ) -> list[dict[str, Any]]:
     """The rows of `solve_cases`, each with all columns."""
     report = execution.progress
-    names = [_identity(case, file) for case in file.cases]
+    names = _identities(file)
     total = len(names)
     names_of_columns = _columns_of(file)
     what = "a table of wheels on rails"
@@ -362,7 +362,7 @@ def _columns_of(file: CaseFile) -> tuple[str, ...]:
 
 def _count_finished(rows: list[list[dict[str, Any]]]) -> int:
     """Number of wheels that have rows."""
-    return sum(map(bool, rows))
+    return len(rows) - rows.count([])
 
 
 def _on_grids(file: CaseFile) -> bool:
@@ -397,21 +397,39 @@ def _in_groups(
             yield int(group[number]), known
 
 
-def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
-    """A few digits that identify one wheel with its settings."""
-    settings: list[Any] = [type(case.friction).__name__, file.options, file.archard]
-    if file.fast:
-        settings.append("fast")
-    if file.yield_in_shear is not None:
-        settings.append(file.yield_in_shear)
+def _identities(file: CaseFile) -> list[str]:
+    """A few digits that identify each wheel with its settings."""
+    # by the place in memory, as wheels share tracks and wheel sets
+    described: dict[int, str] = {}
+
+    def description(entry: Any) -> str:
+        if id(entry) not in described:
+            described[id(entry)] = _as_json(entry)
+        return described[id(entry)]
+
+    identities = []
+    for case in file.cases:
+        names = sorted(each.name for each in dataclasses.fields(case))
+        entries = ", ".join(f'"{name}": {description(getattr(case, name))}' for name in names)
+        settings: list[Any] = [type(case.friction).__name__, file.options, file.archard]
+        if file.fast:
+            settings.append("fast")
+        if file.yield_in_shear is not None:
+            settings.append(file.yield_in_shear)
+        text = f"[{{{entries}}}, {_as_json(settings)}]"
+        identities.append(hashlib.sha256(text.encode()).hexdigest()[:12])
+    return identities
+
+
+def _as_json(entry: Any) -> str:
+    """An entry in JSON, with the entries of dataclasses by their names."""
 
     def plain(value: Any) -> Any:
         if isinstance(value, np.ndarray):
             return value.tolist()
         return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
 
-    described = json.dumps([plain(case), settings], sort_keys=True, default=plain)
-    return hashlib.sha256(described.encode()).hexdigest()[:12]
+    return json.dumps(entry, sort_keys=True, default=plain)
 
 
 def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list[dict[str, Any]]]:

@@ -14,6 +14,8 @@ from varcontact.system.process import lazy_property
 
 ACROSS = np.array([1.0, 0.0])
 """The direction of y."""
+STEP = 0.05
+"""Distance of the points of a curve, and of the circles of a wheel [mm]."""
 LAST_STEP = 1e-7
 """Length of the last of Newton's steps, relative to the curve's length: the error after it is about
 its square.
@@ -66,7 +68,7 @@ class Curve:
 
     def points_and_directions(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(y, z) and (dy/ds, dz/ds) at parameters (n,), shape (2, n)."""
-        cell = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, self.s.size - 2)
+        cell = self.s[1:-1].searchsorted(s, side="right")
         t = s - self.s[cell]
         a, b, c, d = self._by_coordinate[:, :, cell]
         points = ((a * t + b) * t + c) * t + d
@@ -82,7 +84,7 @@ class Curve:
         """The cubics at parameters `within`, in ``s - begin``: coefficients, shape (4, n, 2),
         highest power first.
         """
-        cell = np.clip(np.searchsorted(self.s, within, side="right") - 1, 0, self.s.size - 2)
+        cell = self.s[1:-1].searchsorted(within, side="right")
         return shifted(self.coefficients[:, cell], (begin - self.s[cell])[:, None])
 
     def angles(self, s: np.ndarray) -> np.ndarray:
@@ -118,6 +120,12 @@ class Curve:
         """Parameters from end to end, about a step [mm] apart."""
         intervals = int(np.ceil((self.s[-1] - self.s[0]) / step))
         return np.linspace(self.s[0], self.s[-1], max(2, intervals + 1))
+
+    @lazy_property
+    def finely(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Parameters STEP apart, and points and directions there."""
+        s = self.sampled(STEP)
+        return s, self.points(s), self.directions(s)
 
     def single_valued(self, y: float, direction: np.ndarray) -> Curve:
         """The part around a place `y` of a curve along which y grows, along which ``direction . (y,
@@ -173,14 +181,14 @@ class Curve:
         ends = self._breakpoints @ direction
         inside = (value >= ends[0]) & (value <= ends[-1])
         wanted = value[inside]
-        cell = np.clip(np.searchsorted(ends, wanted, side="right") - 1, 0, self.s.size - 2)
+        cell = ends[1:-1].searchsorted(wanted, side="right")
         low = self.s[cell]
         width = self.s[cell + 1] - low
         a, b, c, d = self.coefficients[:, cell] @ direction
         t = width * (wanted - ends[cell]) / (ends[cell + 1] - ends[cell])
         for _ in range(STEPS):
             step = (((a * t + b) * t + c) * t + d - wanted) / ((3 * a * t + 2 * b) * t + c)
-            t = np.clip(t - step, 0.0, width)
+            t = np.minimum(np.maximum(t - step, 0.0), width)
             if step.size == 0 or np.abs(step).max() <= LAST_STEP * (self.s[-1] - self.s[0]):
                 break
         s = np.full(value.shape, np.nan)

@@ -20,10 +20,8 @@ from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.slices import RailSurface, Surface
 
-STEP = 0.05
-"""Distance of the circles of the wheel [mm]."""
 CIRCLE = 0.2
-"""The same where surfaces vary [mm]."""
+"""Distance of the circles of a wheel where surfaces vary [mm]."""
 PLANES_REACH = 50.0
 """Largest distance of the planes from the axle [mm]."""
 PLANE = 1.0
@@ -46,8 +44,6 @@ class Locus:
     ----------
     s : ndarray, shape (n,)
         Parameters of the circles on the wheel's curve [mm].
-    theta : ndarray, shape (n,)
-        Their angles on the circles, forward from the bottom [rad].
     points : ndarray, shape (n, 3)
         In track coordinates [mm].
     radii : ndarray, shape (n,)
@@ -70,7 +66,6 @@ class Locus:
     """
 
     s: np.ndarray
-    theta: np.ndarray
     points: np.ndarray
     radii: np.ndarray
     curvature_radii: np.ndarray
@@ -90,7 +85,6 @@ class Locus:
         """The circles of a `run`, without planes across the track."""
         return Locus(
             self.s[run],
-            self.theta[run],
             self.points[run],
             self.radii[run],
             self.curvature_radii[run],
@@ -222,15 +216,19 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     cos(theta))`` in the frame of the axle. That its component along the track is zero makes one
     equation for theta, solved in closed form.
     """
-    s = wheel.sampled(STEP)
-    y, r = wheel.points(s).T
-    along = wheel.directions(s)
+    s, points, along = wheel.finely
+    y, r = points.T
     a, b, c = rotation[0]
-    slope = b * along[:, 1] / (along[:, 0] * np.hypot(a, c))
+    length = np.hypot(a, c)
+    a, c = a / length, c / length
+    slope = (b / length) * along[:, 1] / along[:, 0]
     possible = np.abs(slope) < 1
     s, y, r, slope = (each[possible] for each in (s, y, r, slope))
-    theta = np.arcsin(slope) - np.arctan2(c, a)
-    points = np.stack([r * np.sin(theta), y, r * np.cos(theta)], axis=1) @ rotation.T + centre
+    # theta = arcsin(slope) - arctan2(c, a)
+    root = np.sqrt(1 - slope**2)
+    sine = a * slope - c * root
+    cosine = a * root + c * slope
+    points = np.stack([r * sine, y, r * cosine], axis=1) @ rotation.T + centre
     below = rail.at(points[:, 1])
     over = np.isfinite(below)
     if not over.any():
@@ -243,7 +241,7 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     angles = np.zeros(s.size)
     gap[over] = rail.points(below[over])[:, 1] - points[over, 2]
     angles[over] = rail.angles(below[over])
-    return Locus(s, theta, points, r, r, gap, angles, float(centre[2]))
+    return Locus(s, points, r, r, gap, angles, float(centre[2]))
 
 
 def varied_locus(
@@ -261,9 +259,7 @@ def varied_locus(
     planes = _planes(wheel, rail, lowest, radius)
     # points of the circles in the planes, and their heights above the rail
     begin = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :]
-    theta, points, radii = _in_planes(
-        wheel, v, begin + np.zeros((v.size, 1)), planes, rotation, centre
-    )
+    points, radii = _in_planes(wheel, v, begin + np.zeros((v.size, 1)), planes, rotation, centre)
     gaps, by_x, by_y = rail.along(points, np.array([0.0, 0.0, 1.0]))
     gaps = np.where(np.isfinite(gaps), gaps, np.inf)
     if not np.isfinite(gaps).any():
@@ -284,11 +280,10 @@ def varied_locus(
     at[:, 0] += shift
     radii = radii[rows, k]
     curvature_radii = _curvature_radii(planes, gaps, k, gap, radii)
-    theta = theta[rows, k] + shift / radii
     angles = np.arctan(np.nan_to_num(by_y[rows, k]))
     slopes = np.nan_to_num(by_x[rows, k])
     height = float(centre[2])
-    return Locus(v, theta, at, radii, curvature_radii, gap, angles, height, planes, gaps, slopes)
+    return Locus(v, at, radii, curvature_radii, gap, angles, height, planes, gaps, slopes)
 
 
 def _planes(wheel: Surface, rail: RailSurface, lowest: float, radius: float) -> np.ndarray:
@@ -314,8 +309,8 @@ def _in_planes(
     planes: np.ndarray,
     rotation: np.ndarray,
     centre: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Angles, points and radii where circles `v` of a wheel cross planes, by Newton's method from
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points and radii where circles `v` of a wheel cross planes, by Newton's method from
     angles `theta`.
     """
     a, b, c = rotation[0]
@@ -331,7 +326,7 @@ def _in_planes(
     y, r = np.moveaxis(wheel.points(theta, v[:, None])[0], -1, 0)
     points = np.stack([r * np.sin(theta), y, r * np.cos(theta)], axis=-1) @ rotation.T + centre
     points[..., 0] = planes
-    return theta, points, r
+    return points, r
 
 
 def _lowest_beside(

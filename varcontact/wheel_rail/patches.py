@@ -15,12 +15,13 @@ from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame, RigidBody, rotation
 from varcontact.scene.grid import Grid
 from varcontact.system.process import changed
-from varcontact.wheel_rail.curve import Curve, growing, spline
-from varcontact.wheel_rail.locus import STEP, Locus, Overlap
+from varcontact.wheel_rail.curve import STEP, Curve, growing, spline
+from varcontact.wheel_rail.locus import Locus, Overlap
 from varcontact.wheel_rail.locus import contact_locus as contact_locus
 from varcontact.wheel_rail.slices import RailSurface, Surface
 
 AT_ORIGIN = Frame(np.zeros(3), np.eye(3))
+ANY_GRID = Grid(nx=1, ny=1)
 GUARD = 1
 """Elements beyond the overlap on every side."""
 SAMPLES = 100
@@ -30,7 +31,8 @@ SAMPLES_BESIDE = 20
 NEWTON_STEPS = 12
 """Newton steps to the wheel's surface."""
 NEWTON_TOL = 1e-5
-"""Error before the last of these steps [mm], which squares it, divided by the radius."""
+"""Length on the surface of the last of these steps [mm]: the error after it is about its square,
+divided by the radius."""
 NOWHERE = 10.0
 """Distance where there is no rail, by the largest where there is one: a cliff, which is not taken
 for noise."""
@@ -175,7 +177,8 @@ def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: 
             f"more than {MOST}: give larger ones"
         )
         raise SceneError("dx, dy", (dx, dy), message=reason)
-    return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=(left - 0.5) * dx, y0=(bottom - 0.5) * dy)
+    lattice = {"dx": dx, "dy": dy, "x0": (left - 0.5) * dx, "y0": (bottom - 0.5) * dy}
+    return changed(ANY_GRID, nx=nx, ny=ny, **lattice)
 
 
 def wheel_heights(
@@ -186,70 +189,72 @@ def wheel_heights(
     body: RigidBody,
 ) -> np.ndarray:
     """z of the wheel's surface in the frame, where lines of x and y cross: Newton's method for
-    (theta, s) of each.
+    (z, s) of each.
 
-    It begins with the locus at the rows of the grid, turned by x; NaN where that does not reach,
-    and where the surface faces away from the rail.
+    It begins with the locus at the rows of the grid; NaN where that does not reach, and where the
+    surface faces away from the rail.
     """
     axle = body.rotation
     lower = np.array([0.0, 0.0, float(body.position[2]) - locus.height])
     points = locus.points - (frame.origin - lower)
-    along, across = (points @ frame.axes[:, :2]).T
+    along, across, height = (points @ frame.axes).T
     forward = frame.axes.T @ axle[:, 0]
     across = across - along * forward[1] / forward[0]  # of circles at x = 0
     run = growing(np.diff(across) > 0, int(np.hypot(points[:, 1], points[:, 2]).argmin()))
 
     # the locus at the rows of the grid
     grid_x, grid_y = lines
-
-    def at_rows(values: np.ndarray) -> np.ndarray:
-        return np.interp(grid_y, across[run], values[run], left=np.nan, right=np.nan)[:, None]
-
-    row_s = at_rows(locus.s)
-    row_theta = at_rows(locus.theta) + (grid_x - at_rows(along)) / at_rows(locus.radii)
-    shape = grid_y.size, grid_x.size
-    reached = np.broadcast_to(np.isfinite(row_s), shape)
-    heights = np.full(shape, np.nan)
+    heights = np.full((grid_y.size, grid_x.size), np.nan)
+    s, z = (
+        np.interp(grid_y, across[run], values[run], left=np.nan, right=np.nan)
+        for values in (locus.s, height)
+    )
+    reached = np.isfinite(s)
     if not reached.any():
         return heights
-    s = np.broadcast_to(row_s, shape)[reached]
-    theta = row_theta[reached]
-    to_x = np.broadcast_to(grid_x, shape)[reached]
-    to_y = np.broadcast_to(grid_y[:, None], shape)[reached]
+    s, z = (values[reached].repeat(grid_x.size) for values in (s, z))
 
-    # Newton's method for (theta, s)
-    axes = frame.axes.T @ axle  # of the frame, along the axle's
-    middle = frame.axes.T @ (body.position - frame.origin)
+    # the lines through the elements, in the axes of the axle
+    to_x, to_y, down = (axle.T @ frame.axes).T
+    middle = axle.T @ (frame.origin - body.position)
+    rows = middle[:, None] + to_y[:, None] * grid_y[reached]
+    columns = to_x[:, None] * grid_x
+    at = (rows[:, :, None] + columns[:, None]).reshape(3, -1)
+
+    # Newton's method for (z, s)
     for _ in range(NEWTON_STEPS):
-        (y, r), (ty, tr), (dy, dr) = _wheel_point(wheel, theta, s)
-        sine = np.sin(theta)
-        cosine = np.cos(theta)
-        point = axes @ np.array([r * sine, y, r * cosine]) + middle[:, None]
-        by_theta = axes[:, ::2] @ np.array([r * cosine + tr * sine, tr * cosine - r * sine])
-        if not isinstance(wheel, Curve):
-            by_theta += np.multiply.outer(axes[:, 1], ty)
-        by_s = axes @ np.array([dr * sine, dy, dr * cosine])
-        off_x = to_x - point[0]
-        off_y = to_y - point[1]
-        determinant = by_theta[0] * by_s[1] - by_s[0] * by_theta[1]
-        turned = (off_x * by_s[1] - off_y * by_s[0]) / determinant
-        along = (off_y * by_theta[0] - off_x * by_theta[1]) / determinant
-        theta = theta + turned
+        x, y, below = at + down[:, None] * z
+        radius = np.hypot(x, below)
+        (wheel_y, wheel_r), (by_theta_y, by_theta_r), (by_s_y, by_s_r) = _wheel_point(
+            wheel, x, below, s
+        )
+        off_y = y - wheel_y
+        off_r = radius - wheel_r
+        theta_by_z = (below * down[0] - x * down[2]) / radius**2
+        y_by_z = down[1] - by_theta_y * theta_by_z
+        r_by_z = (x * down[0] + below * down[2]) / radius - by_theta_r * theta_by_z
+        determinant = by_s_y * r_by_z - by_s_r * y_by_z
+        lowered = (by_s_r * off_y - by_s_y * off_r) / determinant
+        along = (r_by_z * off_y - y_by_z * off_r) / determinant
+        z = z + lowered
         s = s + along
-        off = np.hypot(off_x, off_y)
-        if off.max() < NEWTON_TOL:
+        # on the surface
+        moved = np.hypot(along, radius * theta_by_z * lowered)
+        if moved.max() < NEWTON_TOL:
             break
-    inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (off < NEWTON_TOL) & (determinant > 0)
-    heights[reached] = np.where(inside, point[2] + by_theta[2] * turned + by_s[2] * along, np.nan)
+    inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (moved < NEWTON_TOL) & (determinant > 0)
+    heights[reached] = np.where(inside, z, np.nan).reshape(-1, grid_x.size)
     return heights
 
 
-def _wheel_point(wheel: Curve | Surface, theta: np.ndarray, s: np.ndarray) -> Any:
-    """(y, radius) of a wheel, and their derivatives by theta and by s, shape (3, 2, n)."""
+def _wheel_point(wheel: Curve | Surface, x: np.ndarray, z: np.ndarray, s: np.ndarray) -> Any:
+    """(y, radius) of a wheel at `s` in the direction (x, z), and their derivatives by the angle and
+    by s, shape (3, 2, n).
+    """
     if isinstance(wheel, Curve):
         points, directions = wheel.points_and_directions(s)
         return points, np.zeros(2), directions
-    return np.moveaxis(wheel.points(theta, s), -1, 1)
+    return np.moveaxis(wheel.points(np.arctan2(x, z), s), -1, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -359,7 +364,7 @@ def _rail_heights(
         origin = frame.origin[1:]
         along = frame.axes[1:, 1]
         part = rail.single_valued(float(origin[0]), along)
-        points = part.points(part.at(lateral + along @ origin, along))
+        points = rail.points(part.at(lateral + along @ origin, along))
         return ((points - origin) @ frame.axes[1:, 2])[:, None]
     flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
     heights, *_ = rail.along(frame.globally(flat), frame.axes[:, 2])

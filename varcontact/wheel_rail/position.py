@@ -143,13 +143,11 @@ class Velocity(
         curve_radius : float
             Curve radius of the track, with which the wheel set turns as it rolls [mm].
         """
-        pitch = self.pitch_rate
-        if pitch is None:
-            pitch = -self.speed / wheelset.radius
-        upright = np.array([0.0, -np.sin(position.roll), np.cos(position.roll)])
-        turning = np.array([self.roll_rate, 0.0, self.speed / curve_radius])
-        turning = turning + self.yaw_rate * upright
+        turning = turning_with_track(self, position, curve_radius)
         if pitching:
+            pitch = self.pitch_rate
+            if pitch is None:
+                pitch = -self.speed / wheelset.radius
             turning = turning + position.rotation @ [0.0, pitch, 0.0]
         return RigidBody(
             position=np.array([0.0, position.y, z - wheelset.radius]),
@@ -157,6 +155,15 @@ class Velocity(
             velocity=np.array([self.speed, self.lateral, self.vertical]),
             angular_velocity=turning,
         )
+
+
+def turning_with_track(velocity: Velocity, position: Position, curve_radius: float) -> np.ndarray:
+    """Angular velocity of a wheel set that does not turn about its axle, in track coordinates
+    [rad/s].
+    """
+    upright = np.array([0.0, -np.sin(position.roll), np.cos(position.roll)])
+    turning = np.array([velocity.roll_rate, 0.0, velocity.speed / curve_radius])
+    return np.asarray(turning + velocity.yaw_rate * upright)
 
 
 def check_forward(rolling: float) -> None:

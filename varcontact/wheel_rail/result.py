@@ -160,7 +160,7 @@ class WheelRailSolution(Reported, WheelForces):
             dict.fromkeys((*plausibility.warnings_of(self.case), *self.patch_warnings, *faults))
         )
 
-    @property
+    @lazy_property
     def patch_warnings(self) -> tuple[str, ...]:
         """Plausibility warnings of the patches and their scenes, each once."""
         texts: list[str] = []

@@ -257,7 +257,12 @@ class Track(
             raise SceneError(
                 "track.rail", self.rail, "one profile along the track, the same on both sides"
             )
-        return self._in_track(self.profile, side).highest()
+        return self._placed[side]
+
+    @lazy_property
+    def _placed(self) -> dict[Side, Curve]:
+        """What `placed` gives, by the side: the same for all wheels on the track."""
+        return {side: self._in_track(self.profile, side).highest() for side in SIGN}
 
     def _in_track(self, profile: Profile, side: Side) -> Curve:
         matrix, shift = self._motions[side]
@@ -291,6 +296,13 @@ class Track(
         """The rail or roller on a `side` as a rigid body, with the velocities of its
         irregularity.
         """
+        return self._rail_bodies[side]
+
+    @lazy_property
+    def _rail_bodies(self) -> dict[Side, RigidBody]:
+        return {side: self._rail_body(side) for side in SIGN}
+
+    def _rail_body(self, side: Side) -> RigidBody:
         given: Irregularity = getattr(self, side)
         if self.roller_radius is not None:
             return RigidBody(
@@ -406,7 +418,12 @@ class WheelSet(
         """
         if not self.constant:
             raise SceneError("wheelset.wheel", self.wheel, "a round wheel")
-        return self._on_axle(self.profile, side)
+        return self._placed[side]
+
+    @lazy_property
+    def _placed(self) -> dict[Side, Curve]:
+        """What `placed` gives, by the side: the same in all positions."""
+        return {side: self._on_axle(self.profile, side) for side in SIGN}
 
     def _on_axle(self, profile: Profile, side: Side) -> Curve:
         curve = profile.running.moved(np.eye(2), np.array([self.middle, self.radius]))

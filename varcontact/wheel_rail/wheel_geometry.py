@@ -31,7 +31,7 @@ from varcontact.wheel_rail.patches import (
     reference_surface,
     tangents_of,
 )
-from varcontact.wheel_rail.position import Position, Velocity, check_forward
+from varcontact.wheel_rail.position import Position, Velocity, check_forward, turning_with_track
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.slices import RailSurface, Surface
 from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
@@ -516,18 +516,12 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
     @lazy_property
     def _bodies(self) -> dict[bool, RigidBody]:
         """The wheel set as a rigid body at the height 0, pitching or not."""
-        made = {}
-        for pitching in (True, False):
-            made[pitching] = self.velocity.body(
-                self.wheelset,
-                self.position,
-                0.0,
-                pitching=pitching,
-                curve_radius=self.track.curve_radius,
-            )
-        return made
+        curve_radius = self.track.curve_radius
+        pitching = self.velocity.body(self.wheelset, self.position, 0.0, curve_radius=curve_radius)
+        turning = turning_with_track(self.velocity, self.position, curve_radius)
+        return {True: pitching, False: changed(pitching, angular_velocity=turning)}
 
-    @lazy_property
+    @property
     def _rail_body(self) -> RigidBody:
         return self.track.rail_body(self.side)
 
