@@ -220,7 +220,8 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     y, r = points.T
     a, b, c = rotation[0]
     length = np.hypot(a, c)
-    a, c = a / length, c / length
+    a = a / length
+    c = c / length
     slope = (b / length) * along[:, 1] / along[:, 0]
     possible = np.abs(slope) < 1
     s, y, r, slope = (each[possible] for each in (s, y, r, slope))

@@ -15,8 +15,9 @@ from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.active_set.tang import full_slip, no_slip, tang, tang_safeguarded
+from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.solvers.conic.backends import PROGRAM_SOLVERS
+from varcontact.solvers.full_slip import full_slip
 from varcontact.solvers.interface import Settings
 
 HARD = 1.0644223380502587

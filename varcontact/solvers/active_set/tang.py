@@ -17,6 +17,7 @@ import numpy as np
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.interfaces.potential import magnitude, project
+from varcontact.solvers.full_slip import full_slip
 from varcontact.solvers.interface import (
     Settings,
     TangentialSolver,
@@ -50,16 +51,6 @@ SPLITTING_TOLS = (1e-2, 1e-4, 1e-6)
 """Residuals to which splitting brings the safeguarded version where its own start leads nowhere."""
 STEP_PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)
 """Parts of a Newton step that the line search of the safeguarded version tries in turn."""
-SLIP_PRODUCTS_MAX = 60
-"""Products at most for tractions that slip all over."""
-SLIP_DENSE_ELEMENTS = 150
-"""Elements up to which their own matrix is faster than a product on the grid."""
-SLIP_RATIO_MAX = 0.6
-"""Ratio of a change to the one before from which Newton's method is faster."""
-SLIP_CHANGE_MIN = 1e-13
-"""Change of a traction, relative to its bound, that is rounding."""
-SLIP_RESIDUAL_SOLVED = 1e-12
-"""Residual at which these tractions solve a problem."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,50 +328,6 @@ def tang_safeguarded(
             return replace(raw, iterations=count)
         best = better(problem, best, raw)
     return replace(best, iterations=count, status="MaxIterations", solved=False)
-
-
-def full_slip(
-    problem: TangentialProblem, settings: Settings, start: RawSolution | None = None
-) -> RawSolution | None:
-    """Tractions that slip all over, by products alone; None where these do not converge fast.
-
-    Each is on its bound, against the shift: ``p = -g E/|E|``, ``E = W + M p``. Where bodies slide
-    much farther than they deform, this repeated converges, and its limit is the solution.
-    """
-    slip = magnitude(problem.rigid_shift)
-    if problem.free or problem.potential.flow is not None:
-        return None
-    if not np.all(slip > problem.operator.diagonal * problem.bound):
-        return None
-    rigid = np.zeros(problem.components)
-    traction = -problem.rigid_shift * (problem.bound / slip)
-    if start is not None:
-        traction = start.traction
-    elastic = problem.operator.apply
-    if problem.size <= SLIP_DENSE_ELEMENTS:
-        elastic = problem.operator.apply_densely
-    largest = float(problem.bound.max())
-    follow = settings.stats.follow(problem)
-    last_change = math.inf
-    count = 0
-    while count < SLIP_PRODUCTS_MAX:
-        count += 1
-        shift = elastic(traction) + problem.rigid_shift
-        size = magnitude(shift)
-        if not size.min() > 0:
-            return None
-        against = shift * (-problem.bound / size)
-        change = float(np.abs(against - traction).max() / largest)
-        traction = against
-        follow(RawSolution(traction, rigid))
-        if change <= SLIP_CHANGE_MIN or not change < SLIP_RATIO_MAX * last_change:
-            break
-        last_change = change
-    shift = elastic(traction) + problem.rigid_shift
-    residual = tangential_residual(problem, traction, rigid, shift)
-    if not residual <= SLIP_RESIDUAL_SOLVED:
-        return None
-    return RawSolution(traction, rigid, count, "Solved")
 
 
 def _sliding(problem: TangentialProblem) -> RawSolution | None:

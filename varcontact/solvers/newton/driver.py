@@ -303,10 +303,8 @@ def newton(
     """
     goal = _Goal(tol, refined_tol or tol, end=max_steps, residual=tol)
     forces = conditions.forces
+    at = _with_forces(conditions, at)
     now = measured(conditions, at)
-    if np.linalg.norm(forces.lacking(at.traction)) > LACKING_PART * now.merit:
-        at = balanced(conditions, at)
-        now = measured(conditions, at)
     best = at
     least = np.inf
     idle = 0
@@ -352,6 +350,14 @@ def newton(
         at = changed(at, noise=noise)
         now = measure
     return _admissible(conditions, best, finest), goal.status, count, math.nan
+
+
+def _with_forces(conditions: Conditions, at: Point) -> Point:
+    """The start, balanced where its forces lack more than a small part of its errors."""
+    lacking = conditions.forces.lacking(at.traction)
+    if np.linalg.norm(lacking) <= LACKING_PART * measured(conditions, at).merit:
+        return at
+    return balanced(conditions, at)
 
 
 def _follower(finest: Problem[C] | None, settings: Settings) -> Callable[[Point], None]:

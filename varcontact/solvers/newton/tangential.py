@@ -17,7 +17,7 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Flow, FlowDerivative, Potential, magnitude, project
-from varcontact.solvers.active_set.tang import full_slip
+from varcontact.solvers.full_slip import full_slip
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import GridConditions, GridProblem, point, solve
 from varcontact.solvers.newton.gcr import Forces, System
