@@ -430,7 +430,7 @@ def _on(initial_guess: Solution | InitialGuess, disc: Discretisation) -> Contact
         approach = (approach - disc.base) / disc.scales.displacement
     else:
         approach = 0.0
-    return replace(
+    return changed(
         unloaded(disc.grid), pressure=pressure[0] / disc.scales.pressure, approach=approach
     )
 
@@ -448,7 +448,7 @@ def _with_tractions_of(
     traction = traction / disc.scales.pressure
     rigid = np.nan_to_num(initial_guess.creepage[:2]) * unit_slip(disc)
     creepage_prescribed = [motion.Fx is None, motion.Fy is None]
-    return replace(
+    return changed(
         state,
         traction=traction * (state.pressure > 0),
         rigid=np.where(creepage_prescribed, 0.0, rigid),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -17,7 +16,7 @@ from varcontact.solvers.batched.problem import BatchedProblem, side_by_side
 from varcontact.solving.batch import MOST_ELEMENTS
 from varcontact.solving.contact_solver import record_answer
 from varcontact.solving.on_grid import ContactOnGrid
-from varcontact.system.process import one_blas_thread
+from varcontact.system.process import changed, one_blas_thread
 from varcontact.transports import DIFFERENCES
 
 BATCHED = "side by side with other contacts, by newton"
@@ -81,8 +80,8 @@ def _solve_batch(contacts: list[ContactOnGrid], difference: str) -> list[Contact
             solver="newton",
             reason=BATCHED,
         )
-        state = replace(state, traction=traction, rigid=raw.rigid)
-        solved[j] = replace(contacts[j], state=record_answer(state, "tangential", raw))
+        state = changed(state, traction=traction, rigid=raw.rigid)
+        solved[j] = changed(contacts[j], state=record_answer(state, "tangential", raw))
     return solved
 
 

@@ -141,7 +141,7 @@ def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarra
     inside = np.flatnonzero(contact)
     operator = problem.operator.grid_operator.on(problem.operator.elements[inside])
     # pressures by a unit of approach, and by the distance
-    right = np.stack([np.ones(inside.size), problem.distance[inside]])
+    right = np.array([np.ones(inside.size), problem.distance[inside]])
     if problem.symmetric:
         factor, lower = operator.cholesky
         solved, _ = dpotrs(factor, right.T, lower=lower)
