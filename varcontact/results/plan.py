@@ -332,6 +332,13 @@ class Plan(Reported):
         """True where one solver finds pressure and tractions together, before any passes."""
         return self.coupling in AT_ONCE
 
+    @property
+    def by_areas(self) -> bool:
+        """True where that solver takes both on their areas, by dense matrices: it begins near
+        these, after a pass.
+        """
+        return self.coupling == "active-set"
+
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints
         it.

@@ -415,10 +415,10 @@ def _coupled(
     if plan.at_once:
         if not np.any(start.traction):
             state = solver.traction(disc, state)
-            if plan.coupling == "active-set":  # a pass, which brings it near the areas
+            if plan.by_areas:
                 state = solver.traction(disc, solver.pressure(disc, state))
         spec = None
-        if plan.coupling != "active-set":
+        if not plan.by_areas:
             spec = registry.solver("tangential", plan.coupling)
         check_memory("coupled", spec, "none", 3 * disc.grid.size)
         settings = Settings(tol, stats=solver.stats, deadline=solver.deadline)

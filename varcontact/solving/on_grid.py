@@ -266,7 +266,7 @@ def _without_tractions(
     state = unloaded(disc.grid)
     if initial_guess is not None:
         state = _on(initial_guess, disc)
-    elif disc.hertz is not None and solver.plan.coupling == "active-set":
+    elif disc.hertz is not None and solver.plan.by_areas:
         # the contact area of half-spaces as soft
         pressure = disc.hertz.on_elements(disc.grid) / disc.scales.pressure
         state = changed(state, pressure=pressure)
