@@ -311,3 +311,21 @@ def test_a_shift_beyond_single_precision_is_no_step():
     step = gcr(_WithoutResistance(right), lambda x: x, forces, lacking, 1e-3, room)
     assert step.finite
     assert not step.traction.any()
+
+
+def test_a_shift_that_sticks_in_part_does_not_begin_with_sliding():
+    """Of 51 468 elements: rigid shifts exceed what elements give way by themselves, and from
+    tractions that slide Newton's method did not converge.
+    """
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28),
+        surface=vc.Paraboloids(Rx=168.75, Ry=168.75),
+        normal_force=0.4705,
+        friction=0.4013,
+        motion=vc.Shift(ux=5e-3, uy=2e-3),
+        grid=vc.Grid(nx=256, ny=256),
+    )
+    sol = vc.solve(scene)
+    assert sol.calls["tangential"].keys() == {"newton"}
+    assert sol.iterations["tangential"] < 40
+    assert min(sol.elements["stick"], sol.elements["slip"]) > 0.1 * sol.elements["contact"]
