@@ -10,7 +10,8 @@ import pytest
 import varcontact as vc
 from tests.scenes import carters_cylinders, make_scene
 from tests.steady_forces import forces, read, scene
-from varcontact.discrete.discretisation import discretise, edge_compliance
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.edge_compliance import edge_compliance
 from varcontact.transports import DIFFERENCES
 
 

@@ -7,7 +7,8 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import make_scene, refused
-from varcontact.elasticity.operators import edge_compliance, influence_operator
+from varcontact.discrete.edge_compliance import edge_compliance
+from varcontact.elasticity.operators import influence_operator
 from varcontact.solvers.batched.newton import solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem
 

@@ -18,13 +18,14 @@ from varcontact.discrete.contact_grid import (
     check_range,
     scales_of,
 )
+from varcontact.discrete.edge_compliance import edge_compliance
 from varcontact.discrete.loading import Loading, PreviousStep
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.beside import loads_beside
 from varcontact.elasticity.held import HeldMedium, held_parts
 from varcontact.elasticity.of_scenes import medium_on
-from varcontact.elasticity.operators import GridOperator, edge_compliance
+from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import SceneError
 from varcontact.interfaces.interface import BetweenBodies, Fields, Interface, Quantity, Surroundings
 from varcontact.interfaces.kinds import interface_of

@@ -5,15 +5,11 @@ asked for.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from varcontact.elasticity.operators import GridOperator, Medium
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
 from varcontact.transports import HERE, Stencil
-
-if TYPE_CHECKING:
-    pass
 
 STENCILS_MAX = 4
 """Operators kept in memory of each kind that has a distance: of steps in time, and of steps of

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.contact_grid import PotentialContact, common_grid, shape_with_margin
-from varcontact.elasticity.operators import edge_compliance
+from varcontact.discrete.edge_compliance import edge_compliance
 from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
 from varcontact.scene.bodies import Bodies

@@ -1,5 +1,7 @@
 """Pressure and tractions of unlike bodies together, by active sets."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,3 +83,20 @@ def test_it_is_refused_with_other_solvers():
     with pytest.raises(vc.SceneError, match='needs "norm" and "tang-safeguarded"') as refused:
         vc.solve(scene(BALL, MOTIONS[0]), coupling="active-set", normal="clarabel")
     assert refused.value.field == "coupling"
+
+
+def test_bodies_apart_have_no_step(monkeypatch):
+    """Iterates that leave the contact altogether end the steps, and are no answer."""
+    posed = []
+    solve = coupled.active_set_coupled
+
+    def kept(problem, *rest):
+        posed.append((problem, *rest))
+        return solve(problem, *rest)
+
+    monkeypatch.setattr(coupled, "active_set_coupled", kept)
+    vc.solve(scene(ROLLER, vc.Steady(vx=2e-3)))
+    problem, settings, start, residual = posed[0]
+    apart = replace(problem, distance=problem.distance + 1e3, approach=0.0, force=(None, None))
+    raw = solve(apart, settings, start, residual)
+    assert (raw.solved, raw.iterations) == (False, 1)

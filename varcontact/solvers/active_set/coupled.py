@@ -82,8 +82,7 @@ class _Iterate:
 
     @classmethod
     def of(cls, problem: CoupledProblem, fields: np.ndarray, rigid: np.ndarray) -> _Iterate:
-        shape = problem.distance.shape
-        shift = problem.shift(fields.reshape(-1, *shape)).reshape(fields.shape) + rigid[:, None]
+        shift = _shift(problem, fields, rigid)
         weights = np.full((len(fields), 1), _row_size(problem))
         weights[0] = problem.blocks[0].on(np.arange(1)).diagonal
         trial = fields - shift / weights
@@ -100,6 +99,12 @@ class _Iterate:
         fields = np.concatenate([pressure[None], traction])
         shape = self.problem.distance.shape
         return RawSolution(fields.reshape(-1, *shape), self.rigid, count, status, solved)
+
+
+def _shift(problem: CoupledProblem, fields: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+    """Distance and local shift (1 + c, n) of pressures and tractions."""
+    on_grid = problem.shift(fields.reshape(-1, *problem.distance.shape))
+    return on_grid.reshape(fields.shape) + rigid[:, None]
 
 
 def _row_size(problem: CoupledProblem) -> float:
@@ -182,10 +187,13 @@ class _Areas:
 
     def step(self) -> np.ndarray | None:
         """Newton's step: changes of the pressures, of the tractions that stick, of the directions
-        of those that turn, of the rigid shifts; None where the equations are singular.
+        of those that turn, of the rigid shifts; None where the equations are singular, or nothing
+        is in contact.
         """
         from scipy.linalg.lapack import dgesv
 
+        if not self.contact.size:
+            return None
         matrix, error = self._equations()
         bordered, lacking = self._with_forces(matrix)
         right = np.concatenate([-error, lacking])
@@ -204,8 +212,7 @@ class _Areas:
         m = self.contact.size
         T = self.turning
         image = self._displacements()
-        here = _Iterate.of(self.problem, self.fields, self.rigid)
-        shift = here.shift[:, self.contact]
+        shift = _shift(self.problem, self.fields, self.rigid)[:, self.contact]
         # across the tractions, which turn themselves
         across = sum(self.across[i][:, None] * image[1 + i, T] for i in range(c))
         angles = m + c * self.stick.size + np.arange(T.size)
