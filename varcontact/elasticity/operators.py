@@ -66,16 +66,15 @@ class GridOperator:
     shape: tuple[int, int]
     table: np.ndarray
     period: tuple[bool, bool] = field(default=(False, False), kw_only=True)
-    # what products take: the symbol, or the whole matrix
-    _made: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
-    # made from the numbers once: by elements, by components, and for preconditioners by boxes
+    # what products take: the symbol, or the whole matrix; and the kernels of boxes
+    _made: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+    # made from the numbers once: by elements and by components
     _on_elements: dict[tuple[bytes, ...], dict[str, Any]] = field(
         default_factory=dict, init=False, repr=False
     )
     _parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = field(
         default_factory=dict, init=False, repr=False
     )
-    kernels: dict[tuple[int, int], Any] = field(default_factory=dict, init=False, repr=False)
     toeplitz: ClassVar[bool] = True
     """True where the table is all of it: influence numbers depend on the offset alone."""
 
@@ -255,7 +254,7 @@ class GridOperator:
             whole = self.dense(np.arange(size))
             whole.setflags(write=False)
             self._made["whole"] = whole
-        return self._made["whole"]
+        return np.asarray(self._made["whole"])
 
     @property
     def _symbol(self) -> np.ndarray:
@@ -263,7 +262,13 @@ class GridOperator:
             symbol = spectrum_of(wrapped(self.table, self._box, self.period), self._box)
             symbol.setflags(write=False)
             self._made["symbol"] = symbol
-        return self._made["symbol"]
+        return np.asarray(self._made["symbol"])
+
+    @property
+    def kernels(self) -> dict[tuple[int, int], Any]:
+        """Kernels of boxes, and their preconditioners, for solvers without a matrix."""
+        kernels: dict[tuple[int, int], Any] = self._made.setdefault("kernels", {})
+        return kernels
 
     @lazy_property
     def _box(self) -> tuple[int, int]:
@@ -574,6 +579,6 @@ def _table_of(
 @lru_cache(maxsize=32)
 def _kept_table(
     lattice: Grid, rows: str, columns: str, stencil: Stencil, medium: Homogeneous
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+) -> tuple[np.ndarray, dict[str, Any]]:
     """The table of a small lattice, and what its operators make of it for their products."""
     return _table_of(lattice, rows, columns, stencil, medium), {}

@@ -46,10 +46,10 @@ def full_slip(
         check_time(settings.deadline)
         count += 1
         shift = elastic(traction) + problem.rigid_shift
-        size = magnitude(shift)
-        if not size.min() > 0:
+        # where one goes with its shift, some stick
+        if not np.all(np.sum(traction * shift, axis=0) < 0):
             return None
-        against = shift * (-problem.bound / size)
+        against = shift * (-problem.bound / magnitude(shift))
         change = float(np.abs(against - traction).max() / largest)
         traction = against
         follow(RawSolution(traction, rigid))

@@ -48,9 +48,9 @@ REFINED_STEPS = 4
 GCR_TOL_MAX = 0.3
 GCR_TOL_MIN = 1e-5
 """Relative residuals of the linear equations, at most and at least."""
-GCR_TOL_FACTOR = 10.0
+GCR_TOL_FACTOR = 3.0
 """Relative residual of the linear equations divided by that of the step before: Newton's method
-squares residuals, and leaves about ten times their square."""
+squares residuals, and leaves some times their square."""
 LAST_STEP_PART = 0.3
 """Part of the goal that the linear equations of the last step are to leave."""
 LACKING_PART = 0.01
@@ -313,7 +313,8 @@ def newton(
     follow = _follower(finest, settings)
     while count < goal.end:
         check_time(settings.deadline)
-        if at.noise > 0.1 * max(now.residual, goal.residual):
+        # E in double precision where its error is more than a step is to leave
+        if at.noise > _residual_after(now.residual, goal, conditions.linear):
             at = _in_double_precision(at, finest)
             now = measured(conditions, at)
         if not np.isfinite(now.merit):
@@ -335,7 +336,7 @@ def newton(
             if now.residual == 0:
                 break  # no step is left to take
         # a step, and a line search
-        gcr_tol = _gcr_tol(now.residual, min(goal.residual, goal.refined_tol), conditions.linear)
+        gcr_tol = _gcr_tol(now.residual, goal, conditions.linear)
         system = conditions.linearised(at.traction, at.shift, now.trial)
         lacking = forces.lacking(at.traction)
         step = gcr(system, conditions.kernel, forces, lacking, gcr_tol, room)
@@ -372,11 +373,16 @@ def _error(at: Point, finest: Problem[C] | None) -> float:
     return 0.0 if finest is None else finest.error(at)
 
 
-def _gcr_tol(residual: float, goal: float, linear: bool) -> float:
+def _residual_after(residual: float, goal: _Goal, linear: bool) -> float:
+    """Residual that a step is to leave."""
+    return _gcr_tol(residual, goal, linear) * residual
+
+
+def _gcr_tol(residual: float, goal: _Goal, linear: bool) -> float:
     """Relative residual of the linear equations, as exact as it pays: as what Newton's method
     leaves by itself, or as the goal.
     """
-    tol = LAST_STEP_PART * goal / residual
+    tol = LAST_STEP_PART * min(goal.residual, goal.refined_tol) / residual
     if not linear:
         tol = max(tol, GCR_TOL_FACTOR * residual)
     return float(np.clip(tol, GCR_TOL_MIN, GCR_TOL_MAX))
