@@ -432,11 +432,10 @@ def _descend(
     falls.
     """
     follow = settings.stats.follow(problem)
-    best = _admissible(problem, at)
-    follow(best)
     iterate = _Iterate.of(problem, at)
-    residual = _residual(problem, iterate, best)
-    lowest = iterate.merit
+    follow(_admissible(problem, at))
+    best = iterate
+    residual = _small_residual(problem, best)
     equations = None
     reusable = False
     count = 0
@@ -457,22 +456,25 @@ def _descend(
         previous_merit = iterate.merit
         iterate = _line_search(point, equations.step(point, turn=2.0), iterate)
         reusable = iterate.merit < REUSE_RATIO * previous_merit
-        # the best answer so far, and steps without gain
-        admissible = _admissible(problem, iterate.at)
-        new_residual = _residual(problem, iterate, admissible)
-        follow(admissible)
-        if new_residual < residual:
-            best = admissible
-            residual = new_residual
+        if settings.stats.traces:
+            follow(_admissible(problem, iterate.at))
+        # the best point so far, and steps without gain
         gain = 0.5 if residual <= RESIDUAL_SOLVED else 0.99
-        if iterate.merit < gain * lowest:
-            idle = 0
-        else:
-            idle += 1
-        lowest = min(lowest, iterate.merit)
+        idle = 0 if iterate.merit < gain * best.merit else idle + 1
+        if iterate.merit < best.merit:
+            best = iterate
+            residual = _small_residual(problem, best)
+    if not math.isfinite(residual):
+        residual = _residual(problem, best)
     solved = residual <= RESIDUAL_SOLVED
     status = "Solved" if solved else "MaxIterations"
-    return changed(best, iterations=count, status=status, solved=solved, residual=residual)
+    return changed(
+        _admissible(problem, best.at),
+        iterations=count,
+        status=status,
+        solved=solved,
+        residual=residual,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -509,8 +511,18 @@ def _line_search(point: PointOnAreas, step: np.ndarray, iterate: _Iterate) -> _I
     return best
 
 
-def _residual(problem: TangentialProblem, iterate: _Iterate, admissible: RawSolution) -> float:
+def _small_residual(problem: TangentialProblem, iterate: _Iterate) -> float:
+    """The residual of an iterate; infinite where the merit tells that it is no solution."""
+    tractions = iterate.at.traction.ravel()
+    least = iterate.merit / math.sqrt(tractions.size * (tractions @ tractions) or 1.0)
+    if least > RESIDUAL_SOLVED:
+        return math.inf
+    return _residual(problem, iterate)
+
+
+def _residual(problem: TangentialProblem, iterate: _Iterate) -> float:
     """The natural map's residual of an iterate made admissible, with E by the dense matrix."""
+    admissible = _admissible(problem, iterate.at)
     shift = iterate.shift
     if (admissible.traction != iterate.at.traction).any():
         shift = shift_of(problem, admissible)
