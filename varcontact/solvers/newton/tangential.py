@@ -116,13 +116,12 @@ class TangentialConditions(GridConditions):
         # areas, and directions along and across the trial tractions where it slips
         size = magnitude(trial)
         potential = self.potential(trial)
-        slip = self.contact & potential.slips(trial, 1.0)
+        slip = self.contact & (potential.sizes(size, 1.0) > self.bound)
         stick = self.contact & ~slip
-        along = np.where(slip, trial / np.where(slip, size, 1.0), 0.0)
+        length = np.where(slip, size, 1.0)
+        along = np.where(slip, trial / length, 0.0)
         across = np.array([-along[1], along[0]]) if len(along) == 2 else np.zeros_like(along)
-        held = np.where(
-            slip, np.maximum(self.bound / np.where(slip, size, 1.0), 1 / SLOPE_MAX), 1.0
-        )
+        held = np.where(slip, np.maximum(self.bound / length, 1 / SLOPE_MAX), 1.0)
         with np.errstate(invalid="ignore"):  # inf * 0
             outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
         right = np.where(stick, -shift, outward * along - dot(across, traction) * across)
