@@ -46,7 +46,7 @@ def pressed(request, rolling):
     changes = base | LOADS[request.param]
     if changes["motion"] is not None:
         changes["friction"] = 0.3
-    sol = vc.solve(rolling(**changes), normal="norm")
+    sol = vc.solve(rolling(**changes), normal="norm", tol=1e-11)
     return sol, posed(sol)
 
 

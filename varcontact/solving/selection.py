@@ -60,12 +60,12 @@ PRESETS: dict[str, Preset] = {
 CONIC = {"normal": ("clarabel", "osqp"), "tangential": ("clarabel",)}
 """Solvers of the method "conic": of the QP and of the second-order-cone program."""
 
-NEWTON_ABOVE = 180
+NEWTON_ABOVE = 140
 """Elements in contact above which "auto" solves the tangential problem by Newton's method without a
 matrix, below by TANG (docs/speed.md)."""
 NEWTON_ABOVE_NORMAL = 400
 """The same for the normal problem, below by NORM."""
-NEWTON_ABOVE_IN_STEPS = 250
+NEWTON_ABOVE_IN_STEPS = 300
 """The same for the tangential problem of a history, whose steps begin from the step before."""
 NEWTON_ABOVE_UNLIKE = 100
 """The same for unlike bodies, whose pressure and tractions Newton's method finds together."""
