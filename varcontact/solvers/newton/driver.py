@@ -35,7 +35,7 @@ MAX_STEPS = 40
 over."""
 REFINED_ELEMENTS_MAX = 2000
 """Elements up to which a solved problem is refined."""
-COARSE_TOL = 1e-2
+COARSE_TOL = 5e-2
 """Residual on all grids but the finest."""
 ROUNDED = 0.9
 """Part of the tolerance to reach, as the certificate rounds differently."""
@@ -49,8 +49,8 @@ GCR_TOL_MAX = 0.3
 GCR_TOL_MIN = 1e-5
 """Relative residuals of the linear equations, at most and at least."""
 GCR_TOL_FACTOR = 3.0
-"""Relative residual of the linear equations divided by that of the step before: Newton's method
-squares residuals, and leaves some times their square."""
+"""Residual that the linear equations are to leave, divided by the square of that before the step:
+Newton's method leaves some times the square."""
 LAST_STEP_PART = 0.3
 """Part of the goal that the linear equations of the last step are to leave."""
 LACKING_PART = 0.01
@@ -336,7 +336,7 @@ def newton(
             if now.residual == 0:
                 break  # no step is left to take
         # a step, and a line search
-        gcr_tol = _gcr_tol(now.residual, goal, conditions.linear)
+        gcr_tol = _residual_after(now.residual, goal, conditions.linear) / now.residual
         system = conditions.linearised(at.traction, at.shift, now.trial)
         lacking = forces.lacking(at.traction)
         step = gcr(system, conditions.kernel, forces, lacking, gcr_tol, room)
@@ -374,18 +374,13 @@ def _error(at: Point, finest: Problem[C] | None) -> float:
 
 
 def _residual_after(residual: float, goal: _Goal, linear: bool) -> float:
-    """Residual that a step is to leave."""
-    return _gcr_tol(residual, goal, linear) * residual
-
-
-def _gcr_tol(residual: float, goal: _Goal, linear: bool) -> float:
-    """Relative residual of the linear equations, as exact as it pays: as what Newton's method
-    leaves by itself, or as the goal.
+    """Residual that a step is to leave, as small as it pays: as what Newton's method leaves by
+    itself, or as the goal.
     """
-    tol = LAST_STEP_PART * min(goal.residual, goal.refined_tol) / residual
+    after = LAST_STEP_PART * min(goal.residual, goal.refined_tol)
     if not linear:
-        tol = max(tol, GCR_TOL_FACTOR * residual)
-    return float(np.clip(tol, GCR_TOL_MIN, GCR_TOL_MAX))
+        after = max(after, GCR_TOL_FACTOR * residual**2)
+    return min(max(after, GCR_TOL_MIN * residual), GCR_TOL_MAX * residual)
 
 
 def _admissible(conditions: Conditions, at: Point, finest: Problem[C] | None) -> Point:
