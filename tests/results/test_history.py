@@ -12,6 +12,8 @@ from typer.testing import CliRunner
 import varcontact as vc
 from tests.scenes import refused
 from varcontact.cli import app
+from varcontact.io import records
+from varcontact.io.scene_toml import scene_to
 
 FIELDS = ("pressure", "traction", "slip", "distance", "state", "force", "approach", "creepage")
 BALL = vc.Paraboloids(10.0, 10.0)
@@ -55,6 +57,22 @@ def same(one, other):
     for first, second in zip(one, other, strict=True):
         for name in FIELDS:
             np.testing.assert_array_equal(getattr(first, name), getattr(second, name), err_msg=name)
+
+
+def test_scene_is_written_to_a_file_once(tmp_path, monkeypatch):
+    """The scene has the motion of all steps: written with each, its cost would grow with their
+    number.
+    """
+    written = []
+
+    def counting(scene):
+        written.append(scene)
+        return scene_to(scene)
+
+    monkeypatch.setattr(records, "scene_to", counting)
+    history = vc.solve(cylinder(vc.Transient(steps=6, dq=0.5, Fx=-0.2)), store=tmp_path / "a.nc")
+    assert len(history) == 6
+    assert len(written) == 1
 
 
 def stopping(after):

@@ -33,6 +33,8 @@ from varcontact.io.records import (
     Layout,
     check_steps,
     checked_layout,
+    history_to_bytes,
+    layout_of,
     step_to_bytes,
 )
 from varcontact.io.scene_toml import scene_from, scene_to
@@ -129,7 +131,7 @@ class Stored(Sequence[Solution]):
     def __len__(self) -> int:
         if not self.path.exists():
             return 0
-        layout = _layout(self.path)
+        layout = _told_layout(self.path)
         count = _count(self.path)
         size = self.path.stat().st_size
         if layout is not None:
@@ -190,11 +192,11 @@ class Stored(Sequence[Solution]):
             raise OutputError("store", self.path, reason)
         if k == 0:
             with files.replacing("store", self.path) as file:
-                file.write(step_to_bytes(self.scene, self.plan, self.settings, sol, first=True))
+                file.write(history_to_bytes(self.scene, self.plan, self.settings, sol))
             return
-        layout = _layout(self.path)
+        layout = _told_layout(self.path)
         assert layout is not None
-        step = step_to_bytes(self.scene, self.plan, self.settings, sol, first=False)
+        step = step_to_bytes(self.scene, self.plan, sol)
         with files.writing("store", self.path), self.path.open("r+b") as file:
             file.seek(layout.begin + k * layout.size)
             file.write(step)
@@ -252,8 +254,9 @@ def _write(history: History, file: BinaryIO) -> None:
             shutil.copyfileobj(source, file)
         return
     plan = steps[0].plan
-    for k, step in enumerate(steps):
-        file.write(step_to_bytes(history.scene, plan, history.settings, step, first=k == 0))
+    file.write(history_to_bytes(history.scene, plan, history.settings, steps[0]))
+    for step in steps[1:]:
+        file.write(step_to_bytes(history.scene, plan, step))
     file.seek(COUNT_AT)
     file.write(len(steps).to_bytes(4, "big"))
 
@@ -262,6 +265,14 @@ def _is_of_today(path: Path) -> bool:
     """True for a file to which this version may add steps."""
     with _file(path) as file:
         return bool(getattr(file, "format", b"").decode(errors="replace") == HISTORY_FORMAT)
+
+
+def _told_layout(path: Path) -> Layout | None:
+    """The places of the steps in a file as its header tells them: a step is added without reading
+    the header of all.
+    """
+    with files.reading(path, "cannot be read"):
+        return layout_of(path)
 
 
 def _layout(path: Path) -> Layout | None:

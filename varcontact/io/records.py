@@ -80,6 +80,8 @@ RECORD = 2048
 """Characters for the certificate, methods and times of a step."""
 RECORD_OF_PASSES = 8192
 """The same with passes, or an estimate of its error."""
+BYTES_OF = {"b": ">i1", "d": ">f8"}
+"""Types of a netCDF file's bytes."""
 LAST_PASSES = 100
 """Passes that are kept, the last ones."""
 LONGEST_WORD = 200
@@ -100,16 +102,12 @@ LONGEST_OUTCOME = 16
 LONGEST_REASON = 240
 
 
-def step_to_bytes(
-    scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, first: bool
-) -> bytes:
-    """The record of a step, with its checksum; of the first one the whole file, whose header has
-    its own.
-    """
+def history_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
+    """The file of a history with its first step; its header has a checksum of its own."""
     from scipy.io import netcdf_file
 
     start = cast(Transient, scene.motion).start
-    variables, places, record = variables_of(sol, SERIES, shift=False)
+    variables, places, _ = variables_of(sol, SERIES, shift=False)
     buffer = io.BytesIO()
     file = netcdf_file(buffer, "w", version=2)
     file.format = HISTORY_FORMAT
@@ -118,9 +116,6 @@ def step_to_bytes(
     file.grid = json.dumps(vars(sol.grid))
     file.plan = json.dumps(plan.record())
     file.settings = json.dumps(settings)
-    length = RECORD
-    if plan.loops or scene.under_law or sol.error_estimate is not None:
-        length = RECORD_OF_PASSES
     # dimensions and coordinates
     sizes = {
         "component": 2,
@@ -128,7 +123,7 @@ def step_to_bytes(
         "x": sol.grid.nx,
         "rigid": 3,
         "letters": 8,
-        "characters": length,
+        "characters": _record_length(scene, plan, sol),
     }
     sizes |= {name: place[1].size for name, place in places.items()}
     for dims, values, _ in variables.values():
@@ -143,33 +138,54 @@ def step_to_bytes(
     for name, labels in {"component": ("x", "y"), "rigid": ("vx", "vy", "spin")}.items():
         variable = file.createVariable(name, "c", (name, "letters"))
         variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
-    # the start of the history, fields and record of the step
-    if start is not None and first:
+    # the start of the history
+    if start is not None:
         content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
         file.createDimension("bytes", content.size)
         file.createVariable("start", "b", ("bytes",))[:] = content
+    # fields and record of a step, in the order of `step_to_bytes`
     for name, (dims, values, said) in variables.items():
-        kind = "b" if values.dtype == np.int8 else "d"
-        variable = file.createVariable(name, kind, ("step", *dims))
+        variable = file.createVariable(name, _kind(values), ("step", *dims))
         variable[0] = values
         variable.units = said["units"]
         variable.long_name = said["long_name"]
-    record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
-    record["passes"] = sol.passes[-LAST_PASSES:]
-    text = json.dumps(record).ljust(length)
     variable = file.createVariable("record", "c", ("step", "characters"))
-    variable[0] = np.frombuffer(text.encode(), dtype="S1")
+    variable[0] = np.full(sizes["characters"], b" ")
     variable = file.createVariable("check", "i", ("step",))
     variable[0] = 0
     variable.long_name = "CRC-32 of the other values of the step"
     file.flush()
     written = buffer.getvalue()
     buffer.close()  # else the file writes itself once more when it goes, where Ctrl-C would be lost
-    record_bytes = written[-file._recsize : -CHECK_BYTES]
-    record_bytes += zlib.crc32(record_bytes).to_bytes(CHECK_BYTES, "big")
-    if not first:
-        return record_bytes
-    return with_layout(written[: -file._recsize], len(record_bytes)) + record_bytes
+    step = step_to_bytes(scene, plan, sol)
+    return with_layout(written[: -file._recsize], len(step)) + step
+
+
+def step_to_bytes(scene: Scene, plan: Plan, sol: Solution) -> bytes:
+    """The record of a step, with its checksum: its fields one after the other, each filled up to
+    four bytes, as netCDF has it.
+    """
+    variables, _, record = variables_of(sol, SERIES, shift=False)
+    record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
+    record["passes"] = sol.passes[-LAST_PASSES:]
+    parts = [
+        values.astype(BYTES_OF[_kind(values)]).tobytes() for _, values, _ in variables.values()
+    ]
+    parts.append(json.dumps(record).ljust(_record_length(scene, plan, sol)).encode())
+    step = b"".join(part + bytes(-len(part) % 4) for part in parts)
+    return step + zlib.crc32(step).to_bytes(CHECK_BYTES, "big")
+
+
+def _kind(values: np.ndarray) -> str:
+    """The netCDF type of a field: bytes, or numbers in double precision."""
+    return "b" if values.dtype == np.int8 else "d"
+
+
+def _record_length(scene: Scene, plan: Plan, sol: Solution) -> int:
+    """Characters for the record of each step of a history."""
+    if plan.loops or scene.under_law or sol.error_estimate is not None:
+        return RECORD_OF_PASSES
+    return RECORD
 
 
 class Layout(NamedTuple):
@@ -196,18 +212,26 @@ def header_digest(header: bytes) -> bytes:
     return hashlib.sha256(b"".join(parts)).hexdigest().encode()
 
 
-def checked_layout(path: Path) -> Layout | None:
-    """The places of a history's steps, from a header whose checksum fits; None without any: of the
-    format before.
+def layout_of(path: Path) -> Layout | None:
+    """The places of a history's steps, as its header tells them; None without any: of the format
+    before.
     """
     with path.open("rb") as file:
         found = LAYOUT_PATTERN.search(file.read(LAYOUT_WITHIN))
-        if found is None:
-            return None
-        layout = Layout(int(found[1]), int(found[2]))
-        file.seek(0)
+    if found is None:
+        return None
+    return Layout(int(found[1]), int(found[2]))
+
+
+def checked_layout(path: Path) -> Layout | None:
+    """The same, from a header whose checksum fits."""
+    layout = layout_of(path)
+    if layout is None:
+        return None
+    with path.open("rb") as file:
         header = file.read(min(layout.begin, path.stat().st_size))
-    if header_digest(header) != found[3]:
+    found = LAYOUT_PATTERN.search(header)
+    if found is None or header_digest(header) != found[3]:
         raise OutputError("path", path, f"is damaged ({NOT_AS_WRITTEN})")
     return layout
 
