@@ -55,6 +55,8 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
 
 def number(field: str, value: Any, allowed: str = "a finite number", most: float = LARGE) -> float:
     """A finite number of any sign, and of a size that can be computed with."""
+    if type(value) is float and -most <= value <= most:  # nearly always
+        return value
     result = real(field, value, allowed)
     if math.isinf(result):
         raise SceneError(field, value, allowed)
@@ -104,6 +106,8 @@ def poisson_ratio(field: str, value: Any) -> float:
 
 def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: str = "") -> int:
     """A whole number of at least `least`, and at most `most`."""
+    if type(value) is int and most is None and least <= value <= LARGE:  # nearly always
+        return value
     allowed = f"a whole number, {least} or more"
     result = number(field, value, allowed)
     if result != int(result) or result < least:
@@ -366,6 +370,12 @@ def short_entries(value: Any) -> str:
     return f"{type(value).__name__}({', '.join(entries)})"
 
 
+@functools.cache
+def _entries(kind: type[Any]) -> tuple[str, ...]:
+    """The names of a dataclass's fields, in their order."""
+    return tuple(each.name for each in dataclasses.fields(kind))
+
+
 class Checked:
     """A dataclass that checks entries as it is made, each by a check; entries that are None by
     default may be.
@@ -374,6 +384,7 @@ class Checked:
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+    __match_args__: ClassVar[tuple[str, ...]]  # the fields that are not by name alone
     _path: ClassVar[str] = ""
     _words: ClassVar[dict[str, str]] = {}
     _checks: ClassVar[dict[str, Callable[[str, Any], Any]]] = {}
@@ -385,9 +396,8 @@ class Checked:
         cls._checks = cls._checks | by_name
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Self:
-        fields = dataclasses.fields(cls)
-        names = [each.name for each in fields]
-        if len(args) > sum(not each.kw_only for each in fields):
+        names = _entries(cls)
+        if len(args) > len(cls.__match_args__):
             by_name = ", ".join(f"{name}=..." for name in names[: len(args)])
             message = f"{cls.__name__} takes its entries by name: write {cls.__name__}({by_name})"
             raise SceneError(cls.__name__, len(args), message=message)
