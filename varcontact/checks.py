@@ -370,12 +370,6 @@ def short_entries(value: Any) -> str:
     return f"{type(value).__name__}({', '.join(entries)})"
 
 
-@functools.cache
-def _entries(kind: type[Any]) -> tuple[str, ...]:
-    """The names of a dataclass's fields, in their order."""
-    return tuple(each.name for each in dataclasses.fields(kind))
-
-
 class Checked:
     """A dataclass that checks entries as it is made, each by a check; entries that are None by
     default may be.
@@ -396,13 +390,14 @@ class Checked:
         cls._checks = cls._checks | by_name
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Self:
-        names = _entries(cls)
         if len(args) > len(cls.__match_args__):
+            names = [each.name for each in dataclasses.fields(cls)]
             by_name = ", ".join(f"{name}=..." for name in names[: len(args)])
             message = f"{cls.__name__} takes its entries by name: write {cls.__name__}({by_name})"
             raise SceneError(cls.__name__, len(args), message=message)
         for name in kwargs:
-            if name not in names:
+            if name not in cls.__dataclass_fields__ or name[:1] == "_":
+                names = [each.name for each in dataclasses.fields(cls)]
                 instead = nearest(name, names) or f"; it has {', '.join(names)}"
                 if name in cls._words:
                     instead = f": write {cls._words[name]}"

@@ -34,7 +34,7 @@ from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.html import in_rows, preformatted
 from varcontact.interfaces.potential import ROUNDING, magnitude, project
 from varcontact.scene.motion import TimeStep
-from varcontact.system.process import one_blas_thread
+from varcontact.system.process import on_demand, one_blas_thread
 
 LEVELS = ("full", "gap", "none")
 """Levels of a certificate: everything; without bounds on the forces; the residuals alone."""
@@ -91,9 +91,9 @@ class Certificate:
     level : {"full", "gap", "none"}
         Level that was requested: everything; no bound on the forces; the residuals
         alone.
-    bounds : ForceBounds or callable
-        The bounds on the forces, or what computes them: by default they are
-        computed when they are first asked for.
+    bounds : ForceBounds
+        The bounds on the forces: by default they are computed when they are
+        first asked for.
     """
 
     gap: float
@@ -103,14 +103,7 @@ class Certificate:
     normal_residual: float
     tangential_residual: float
     level: str
-    bounds: ForceBounds | Callable[[], ForceBounds] = field(repr=False)
-
-    @property
-    def _computed_bounds(self) -> ForceBounds:
-        if not isinstance(self.bounds, ForceBounds):
-            object.__setattr__(self, "bounds", self.bounds())  # and frees what they take
-        assert isinstance(self.bounds, ForceBounds)
-        return self.bounds
+    bounds: on_demand[ForceBounds] = field(default=on_demand(), repr=False)
 
     @property
     def force_bound(self) -> np.ndarray:
@@ -123,7 +116,7 @@ class Certificate:
         softened as far as a pressure covers them that is not exact enough to tell, and where it is
         left out.
         """
-        return self._computed_bounds.whole
+        return self.bounds.whole
 
     @property
     def proved(self) -> bool:
@@ -160,7 +153,7 @@ class Certificate:
         or infinite friction. In histories both are those of one step, for what the steps before
         left.
         """
-        return self._computed_bounds.pressure_part
+        return self.bounds.pressure_part
 
     def plain(self) -> dict[str, float | str | list[float]]:
         """Numbers, the level, and the bounds as two lists of three, by name: what a file keeps."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -35,7 +35,7 @@ def solution_of(
     scene: Scene,
     response: ContactResponse,
     plan: Plan,
-    certificate: Certificate,
+    certificate: Certificate | Callable[[], Certificate],
     converged: bool,
     stats: SolveStats,
 ) -> Solution:

@@ -27,7 +27,7 @@ from varcontact.scene.surfaces import along_axes
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
 from varcontact.system.files import check_ending
-from varcontact.system.process import lazy_property
+from varcontact.system.process import lazy_property, on_demand
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,7 +53,7 @@ def _part(name: str, k: int, words: str) -> float:
     return cast("float", property(lambda sol: float(getattr(sol, name)[k]), doc=words))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Solution(Reported):
     """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
 
@@ -88,6 +88,7 @@ class Solution(Reported):
         (vx, vy, spin); of a shift (ux, uy, rotation). NaN where it is not
         unique, and without contact.
     certificate : Certificate
+        By a theory it is computed when it is first read.
     converged : bool
         Whether the tolerance was reached.
     iterations, status, solved_by : dict
@@ -149,7 +150,7 @@ class Solution(Reported):
     state: np.ndarray
     approach: float
     creepage: tuple[float, float, float]
-    certificate: Certificate
+    certificate: on_demand[Certificate] = field(default=on_demand())
     converged: bool
     iterations: dict[str, int]
     status: dict[str, str]

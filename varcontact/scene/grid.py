@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from functools import partial
 from typing import Any, ClassVar, Literal, get_args
 
@@ -316,7 +316,8 @@ class Grid(
         tractions: Tractions = "constant"
         if self.line:
             numbers = {"nx": nx, "dx": dx, "x0": x0}
-            tractions = "linear" if self.linear else "constant"
+        if self.linear:
+            tractions = "linear"
         lattice = {name: self._checks[name](f"grid.{name}", numbers[name]) for name in numbers}
         return changed(self, margin=1, tractions=tractions, periodic=False, **lattice)
 

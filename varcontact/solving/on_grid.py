@@ -5,7 +5,9 @@ solution.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import TypeGuard
 
@@ -511,21 +513,32 @@ def finish(
     return solution
 
 
-def _certified(response: ContactResponse, solver: ContactSolver) -> tuple[Certificate, float]:
-    """The certificate, and the residual of the plan's problems; where that misses the tolerance all
-    of the certificate, which may tell why.
+def _certified(
+    response: ContactResponse, solver: ContactSolver
+) -> tuple[Certificate | Callable[[], Certificate], float]:
+    """The certificate, or of a theory what computes it, and the residual of the plan's problems;
+    where that misses the tolerance all of the certificate, which may tell why.
     """
     plan = solver.plan
     # bounds often take longer than the solution, and are not always asked for
     lazily = solver.certify == "auto"
+    if lazily and plan.is_formula:
+        kept = ContactResponse(response.disc.without_matrices(), response.state)
+        return partial(_certificate, kept, plan, "auto", lazily), 0.0
     with solver.stats.stage("certificate"):
-        certificate = certificate_of(response, plan.closed_form, solver.certify, lazily)
+        certificate = _certificate(response, plan, solver.certify, lazily)
     residual = _residual_of_plan(plan, response.disc, response.state, certificate)
-    if residual > solver.tol and certificate.level != "full" and solver.certify == "auto":
-        certificate = certificate_of(response, plan.closed_form, "full", lazily)
-    if not plan.has_moment:
-        certificate = certificate.without_moment()
+    if residual > solver.tol and certificate.level != "full" and lazily:
+        certificate = _certificate(response, plan, "full", lazily)
     return certificate, residual
+
+
+def _certificate(response: ContactResponse, plan: Plan, level: str, lazily: bool) -> Certificate:
+    """The certificate of the forces that a plan gives."""
+    certificate = certificate_of(response, plan.closed_form, level, lazily)
+    if not plan.has_moment:
+        return certificate.without_moment()
+    return certificate
 
 
 def _check_rounding(disc: Discretisation, state: ContactState) -> None:
