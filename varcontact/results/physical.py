@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -25,7 +26,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import semi_axes
 from varcontact.results.solution import Solution
 from varcontact.results.trace import trace_dataset
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import SolveStats
 from varcontact.transports import SteadyRolling, mirrored
@@ -39,21 +40,23 @@ def solution_of(
     converged: bool,
     stats: SolveStats,
 ) -> Solution:
-    """The response of a contact state in physical units, with slip, distances and areas."""
+    """The response of a contact state in physical units, with slip, distances and areas.
+
+    Fields that no other one needs are computed when they are read; of steps at once, as a history
+    keeps many.
+    """
     disc = response.disc
     state = response.state
-    scale = disc.scales.displacement
-    distance = response.distance * scale + (disc.distance - disc.base)
-    distance = distance + disc.known_distance * scale
-    if disc.K != 0 and np.any(state.traction):
-        distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
-    rolled = unit_slip(disc)
     approach = state.approach * disc.scales.displacement + disc.base
     if scene.approach_undetermined and scene.approach is None:
         approach = math.nan
-    density = response.work() * disc.scales.pressure / rolled
-    if not plan.has_moment and disc.loading.motion is not None and disc.loading.motion.rigid[2]:
-        density = np.full_like(density, math.nan)
+    areas = response.areas
+    fields: dict[str, Any]
+    if isinstance(disc.loading.motion, TimeStep):
+        fields = {name: field(response, plan) for name, field in FIELDS.items()}
+    else:
+        kept = response.without_matrices()
+        fields = {name: partial(field, kept, plan) for name, field in FIELDS.items()}
     on_parts = None
     if disc.subgrid is not None:
         on_parts = disc.subgrid.pressure * disc.scales.pressure
@@ -63,12 +66,10 @@ def solution_of(
         plan=plan,
         pressure=state.pressure * disc.scales.pressure,
         traction=state.traction * disc.scales.pressure,
-        slip=response.slip_shift / rolled,
-        power_density=density,
-        distance=distance - state.approach * disc.scales.displacement,
-        state=response.areas,
+        **fields,
+        state=areas,
         approach=approach,
-        creepage=_creepage(scene, disc, state, rolled),
+        creepage=_creepage(scene, disc, state, unit_slip(disc)),
         certificate=certificate,
         converged=converged,
         iterations=state.iterations,
@@ -82,6 +83,38 @@ def solution_of(
         pressure_on_parts=on_parts,
         trace=_trace(scene, disc, stats),
     )
+
+
+def _slip(response: ContactResponse, plan: Plan) -> np.ndarray:
+    return response.slip_shift / response.unit_slip
+
+
+def _power_density(response: ContactResponse, plan: Plan) -> np.ndarray:
+    """Frictional work by area; NaN with spin where the method gives no moment."""
+    motion = response.disc.loading.motion
+    if not plan.has_moment and motion is not None and motion.rigid[2]:
+        return np.full(response.pressure.shape, math.nan)
+    return response.work() * response.disc.scales.pressure / response.unit_slip
+
+
+def _distance(response: ContactResponse, plan: Plan) -> np.ndarray:
+    """Deformed distance, with that of the tractions where the bodies differ."""
+    disc = response.disc
+    scale = disc.scales.displacement
+    distance = response.distance * scale + (disc.distance - disc.base)
+    distance = distance + disc.known_distance * scale
+    traction = response.traction
+    if disc.K != 0 and np.any(traction):
+        distance = distance + disc.operators.traction_to_distance.apply(traction)[0] * scale
+    return np.asarray(distance - response.state.approach * scale)
+
+
+FIELDS: dict[str, Callable[[ContactResponse, Plan], np.ndarray]] = {
+    "slip": _slip,
+    "power_density": _power_density,
+    "distance": _distance,
+}
+"""Fields of a solution that follow from its pressure and tractions, by their names."""
 
 
 def approach_on_grid(sol: Solution) -> float:

@@ -57,6 +57,9 @@ def _part(name: str, k: int, words: str) -> float:
 class Solution(Reported):
     """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
 
+    `slip`, `power_density` and `distance` are computed when they are first read, from pressure and
+    tractions; so is the certificate of a theory.
+
     Attributes
     ----------
     scene : Scene
@@ -88,7 +91,6 @@ class Solution(Reported):
         (vx, vy, spin); of a shift (ux, uy, rotation). NaN where it is not
         unique, and without contact.
     certificate : Certificate
-        By a theory it is computed when it is first read.
     converged : bool
         Whether the tolerance was reached.
     iterations, status, solved_by : dict
@@ -144,9 +146,9 @@ class Solution(Reported):
     plan: Plan
     pressure: np.ndarray
     traction: np.ndarray
-    slip: np.ndarray
-    power_density: np.ndarray
-    distance: np.ndarray
+    slip: on_demand[np.ndarray] = field(default=on_demand())
+    power_density: on_demand[np.ndarray] = field(default=on_demand())
+    distance: on_demand[np.ndarray] = field(default=on_demand())
     state: np.ndarray
     approach: float
     creepage: tuple[float, float, float]
