@@ -128,12 +128,8 @@ class ContactResponse:
         return self.disc.tangential_operator.apply(traction)
 
     def without_matrices(self) -> ContactResponse:
-        """The same with what is computed of it so far, without matrices that solvers assembled: to
-        be kept after a solve.
-        """
-        kept = object.__new__(ContactResponse)
-        kept.__dict__.update(self.__dict__, disc=self.disc.without_matrices())
-        return kept
+        """The same without matrices that solvers assembled: to be kept after a solve."""
+        return changed(self, disc=self.disc.without_matrices())
 
     def under(self, fields: Fields) -> ContactResponse:
         """The same contact, judged under other implicit fields."""

@@ -42,8 +42,8 @@ def solution_of(
 ) -> Solution:
     """The response of a contact state in physical units, with slip, distances and areas.
 
-    Fields that no other one needs are computed when they are read; of steps at once, as a history
-    keeps many.
+    Fields that neither the forces of a theory nor its next step need are computed when they are
+    read.
     """
     disc = response.disc
     state = response.state
@@ -52,11 +52,11 @@ def solution_of(
         approach = math.nan
     areas = response.areas
     fields: dict[str, Any]
-    if isinstance(disc.loading.motion, TimeStep):
-        fields = {name: field(response, plan) for name, field in FIELDS.items()}
-    else:
+    if plan.is_formula and not isinstance(disc.loading.motion, TimeStep):
         kept = response.without_matrices()
         fields = {name: partial(field, kept, plan) for name, field in FIELDS.items()}
+    else:
+        fields = {name: field(response, plan) for name, field in FIELDS.items()}
     on_parts = None
     if disc.subgrid is not None:
         on_parts = disc.subgrid.pressure * disc.scales.pressure

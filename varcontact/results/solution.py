@@ -57,8 +57,8 @@ def _part(name: str, k: int, words: str) -> float:
 class Solution(Reported):
     """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
 
-    `slip`, `power_density` and `distance` are computed when they are first read, from pressure and
-    tractions; so is the certificate of a theory.
+    By a theory `slip`, `power_density`, `distance` and the certificate are computed when they are
+    first read.
 
     Attributes
     ----------

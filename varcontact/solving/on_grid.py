@@ -523,8 +523,7 @@ def _certified(
     # bounds often take longer than the solution, and are not always asked for
     lazily = solver.certify == "auto"
     if lazily and plan.is_formula:
-        kept = ContactResponse(response.disc.without_matrices(), response.state)
-        return partial(_certificate, kept, plan, "auto", lazily), 0.0
+        return partial(_certificate, response.without_matrices(), plan, "auto", lazily), 0.0
     with solver.stats.stage("certificate"):
         certificate = _certificate(response, plan, solver.certify, lazily)
     residual = _residual_of_plan(plan, response.disc, response.state, certificate)
