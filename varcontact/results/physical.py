@@ -162,13 +162,23 @@ def _creepage(
     """Prescribed creepages, and those found for prescribed forces; NaN where they are not
     unique.
     """
-    if disc.loading.motion is None:
-        return 0.0, 0.0, 0.0
     motion = disc.loading.motion
+    if motion is None:
+        return 0.0, 0.0, 0.0
     along_x, along_y, about_z = motion.rigid
-    forced = np.array([motion.Fx is not None, motion.Fy is not None])
+    additional = state.rigid / rolled
+    forced = [motion.Fx is not None, motion.Fy is not None]
+    if any(forced):
+        undetermined = _undetermined_creepage(scene, disc, state)
+        additional = np.where(forced & undetermined, math.nan, additional)
+    return along_x + float(additional[0]), along_y + float(additional[1]), about_z
+
+
+def _undetermined_creepage(scene: Scene, disc: Discretisation, state: ContactState) -> np.ndarray:
+    """True for the directions (2,) in which a force determines no creepage."""
     undetermined = np.full(2, disc.frictionless or not state.pressure.any())
     # where the rigid shift has no reference, a force that changes leaves its shift open
+    motion = disc.loading.motion
     if scene.shift_undetermined and not isinstance(motion, Steady):
         before = np.zeros(2)
         if disc.loading.previous_step is not None:
@@ -178,8 +188,7 @@ def _creepage(
         rounding = 1e-14 * state.pressure.sum() * disc.lattice.area
         changed = np.abs(force - before) > 1e-9 * np.abs(force) + rounding
         undetermined |= isinstance(motion, Shift) | changed
-    additional = np.where(forced & undetermined, math.nan, state.rigid / rolled)
-    return along_x + float(additional[0]), along_y + float(additional[1]), about_z
+    return undetermined
 
 
 def rolling_resistance(sol: Solution) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 
 from varcontact.checks import LARGE
 from varcontact.discrete import contact_grid
-from varcontact.discrete.certificate import Certificate, certificate_of
+from varcontact.discrete.certificate import EPS, Certificate, certificate_of
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
@@ -543,11 +543,12 @@ def _certificate(response: ContactResponse, plan: Plan, level: str, lazily: bool
 def _check_rounding(disc: Discretisation, state: ContactState) -> None:
     """Refuse distances from a level so far away that rounding changes the approach."""
     approach = state.approach * disc.scales.displacement
-    if np.finfo(float).eps * abs(disc.base) > DISTANCE_ROUNDING_MAX * abs(approach):
-        unit = np.spacing(abs(disc.base))
+    base = disc.base
+    if EPS * abs(base) > DISTANCE_ROUNDING_MAX * abs(approach):
+        unit = np.spacing(abs(base))
         rounded = f"it is rounded to {unit:.1g}, and the bodies approach by only {approach:.3g}"
         allowed = f"counted from a level near the contact, less a constant: {rounded}"
-        raise SceneError("surface.h", disc.base, allowed)
+        raise SceneError("surface.h", base, allowed)
 
 
 def _residual_of_plan(
