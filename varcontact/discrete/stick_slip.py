@@ -107,7 +107,7 @@ class ContactResponse:
             return np.zeros_like(self.shift)
         return flow
 
-    @property
+    @lazy_property
     def unit_slip(self) -> float:
         return unit_slip(self.disc)
 

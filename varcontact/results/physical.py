@@ -69,7 +69,7 @@ def solution_of(
         **fields,
         state=areas,
         approach=approach,
-        creepage=_creepage(scene, disc, state, unit_slip(disc)),
+        creepage=_creepage(scene, disc, state, response.unit_slip),
         certificate=certificate,
         converged=converged,
         iterations=state.iterations,
