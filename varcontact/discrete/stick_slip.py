@@ -153,18 +153,19 @@ def _areas(response: ContactResponse) -> np.ndarray:
     elif not disc.interface.unbounded:
         disc = with_implied_fields(disc, state)
         potential = disc.potential(state.pressure)
-        slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
         own = response.own_influence
         trial = state.traction - response.shift / own
         size = np.hypot(*trial)
         noise = 1e-12 * np.abs(trial).max()
-        flows = np.zeros_like(contact)
-        if potential.flow is not None:
-            flows = size > potential.flow.threshold * (1 + AT_BOUND_TOL) + noise
         beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND_TOL) + noise
-        areas[contact & flows] = PLASTIC
         areas[contact & beyond] = SLIP
-        areas[contact & beyond & (potential.bound < slip_bound)] = PLASTIC
+        if disc.interface.flows:
+            slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
+            plastic = beyond & (potential.bound < slip_bound)
+            if potential.flow is not None:
+                flows = size > potential.flow.threshold * (1 + AT_BOUND_TOL) + noise
+                plastic |= flows & ~beyond
+            areas[contact & plastic] = PLASTIC
     return areas
 
 
