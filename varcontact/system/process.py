@@ -172,6 +172,9 @@ class on_demand(Generic[Value]):  # noqa: N801 - written as the default of a fie
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
 
+    def __repr__(self) -> str:
+        return "<on demand>"  # the default in signatures
+
     def __set__(self, owner: Any, value: Value | Callable[[], Value]) -> None:
         if isinstance(value, on_demand):  # its default, to dataclasses
             raise TypeError(f"{type(owner).__name__} needs {self.name}")
