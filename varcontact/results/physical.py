@@ -43,7 +43,7 @@ def solution_of(
     """The response of a contact state in physical units, with slip, distances and areas.
 
     Fields that neither the forces of a theory nor its next step need are computed when they are
-    read.
+    read: the solution then keeps the response.
     """
     disc = response.disc
     state = response.state
@@ -53,8 +53,7 @@ def solution_of(
     areas = response.areas
     fields: dict[str, Any]
     if plan.is_formula and not isinstance(disc.loading.motion, TimeStep):
-        kept = response.without_matrices()
-        fields = {name: partial(field, kept, plan) for name, field in FIELDS.items()}
+        fields = {name: partial(field, response, plan) for name, field in FIELDS.items()}
     else:
         fields = {name: field(response, plan) for name, field in FIELDS.items()}
     on_parts = None

@@ -499,11 +499,15 @@ def finish(
         disc = with_implied_fields(disc, state, by_slip=True)
 
     response = ContactResponse(disc, state)
-    certificate, residual = _certified(response, solver)
+    kept = response
+    if plan.is_formula:  # what is read later is computed from it
+        kept = response.without_matrices()
+    certificate, residual = _certified(kept, solver)
 
     # the solution in physical units
     if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         plan = _with_reasons_of(state, plan)
+        response = kept
     converged = residual <= solver.tol
     solution = solution_of(scene, response, plan, certificate, converged, solver.stats)
     if not solution.converged:
@@ -523,7 +527,7 @@ def _certified(
     # bounds often take longer than the solution, and are not always asked for
     lazily = solver.certify == "auto"
     if lazily and plan.is_formula:
-        return partial(_certificate, response.without_matrices(), plan, "auto", lazily), 0.0
+        return partial(_certificate, response, plan, "auto", lazily), 0.0
     with solver.stats.stage("certificate"):
         certificate = _certificate(response, plan, solver.certify, lazily)
     residual = _residual_of_plan(plan, response.disc, response.state, certificate)
