@@ -55,6 +55,8 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
 
 def number(field: str, value: Any, allowed: str = "a finite number", most: float = LARGE) -> float:
     """A finite number of any sign, and of a size that can be computed with."""
+    if type(value) is float and -most <= value <= most:  # nearly always
+        return value
     result = real(field, value, allowed)
     if math.isinf(result):
         raise SceneError(field, value, allowed)
@@ -104,6 +106,8 @@ def poisson_ratio(field: str, value: Any) -> float:
 
 def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: str = "") -> int:
     """A whole number of at least `least`, and at most `most`."""
+    if type(value) is int and most is None and least <= value <= LARGE:  # nearly always
+        return value
     allowed = f"a whole number, {least} or more"
     result = number(field, value, allowed)
     if result != int(result) or result < least:
@@ -374,6 +378,7 @@ class Checked:
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+    __match_args__: ClassVar[tuple[str, ...]]  # the fields that are not by name alone
     _path: ClassVar[str] = ""
     _words: ClassVar[dict[str, str]] = {}
     _checks: ClassVar[dict[str, Callable[[str, Any], Any]]] = {}
@@ -385,14 +390,14 @@ class Checked:
         cls._checks = cls._checks | by_name
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Self:
-        fields = dataclasses.fields(cls)
-        names = [each.name for each in fields]
-        if len(args) > sum(not each.kw_only for each in fields):
+        if len(args) > len(cls.__match_args__):
+            names = [each.name for each in dataclasses.fields(cls)]
             by_name = ", ".join(f"{name}=..." for name in names[: len(args)])
             message = f"{cls.__name__} takes its entries by name: write {cls.__name__}({by_name})"
             raise SceneError(cls.__name__, len(args), message=message)
         for name in kwargs:
-            if name not in names:
+            if name not in cls.__dataclass_fields__ or name[:1] == "_":
+                names = [each.name for each in dataclasses.fields(cls)]
                 instead = nearest(name, names) or f"; it has {', '.join(names)}"
                 if name in cls._words:
                     instead = f": write {cls._words[name]}"

@@ -3,6 +3,7 @@ others.
 """
 
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
@@ -82,22 +83,43 @@ def test_vermeulen_johnson_gives_exactly_its_force(rolling, changes):
     np.testing.assert_allclose(sol.force, expected, rtol=1e-12, atol=1e-14)
 
 
-def test_a_solve_multiplies_by_each_matrix_once(rolling, monkeypatch):
-    """The certificate, the slip and the work share their products: of the pressure, of the
-    tractions, of those within the bound, and of their mirror image; symbols are there from before.
+def test_what_is_read_multiplies_by_each_matrix_once(rolling, monkeypatch):
+    """Pressure and tractions of a theory need no product. Slip and work share theirs: of the
+    tractions, and of their mirror image; the distance has that of the pressure.
     """
     scene = rolling(grid=vc.Grid(nx=14, ny=14))
     first = vc.solve(scene, tangential="fastsim")
+    read = "force", "slip", "power_density", "distance", "slip"
+    known = [getattr(first, name) for name in read]
     products = []
     product = GridOperator._product
     monkeypatch.setattr(
         GridOperator, "_product", lambda *given: products.append(1) or product(*given)
     )
-    monkeypatch.setattr("varcontact.elasticity.operators.wrapped", None)
     second = vc.solve(scene, tangential="fastsim")
-    assert len(products) == 4
+    numbers = [len(products)]
+    for name, expected in zip(read, known, strict=True):
+        np.testing.assert_array_equal(getattr(second, name), expected)
+        numbers.append(len(products))
+    assert numbers == [0, 0, 1, 2, 3, 3]
     assert second.certificate.gap == first.certificate.gap
-    assert second.power_density.tobytes() == first.power_density.tobytes()
+
+
+def test_certificates_of_theories_are_computed_when_they_are_read(rolling, tmp_path):
+    """Copies, files and reports have what `certify="full"` computes at once; Polach's no moment."""
+    for name in ("fastsim", "polach"):
+        lazily = vc.solve(rolling(), tangential=name)
+        at_once = vc.solve(rolling(), tangential=name, certify="full")
+        assert callable(vars(lazily)["certificate"])
+        assert not callable(vars(at_once)["certificate"])
+        pickled = pickle.loads(pickle.dumps(lazily))
+        lazily.save(tmp_path / f"{name}.nc")
+        loaded = vc.load(tmp_path / f"{name}.nc", certify=False)
+        for each in (dataclasses.replace(lazily, note="a copy"), pickled, loaded, lazily):
+            np.testing.assert_equal(each.certificate.plain(), at_once.certificate.plain())
+        assert not callable(vars(lazily)["certificate"])
+        assert repr(lazily.certificate) == repr(at_once.certificate)
+        assert f"residual {at_once.certificate.residual:.1e}" in lazily.report()
 
 
 def test_linear_is_infinite_friction(rolling):

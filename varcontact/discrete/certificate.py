@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
+from typing import Self
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from varcontact.discrete.residuals import (
     normal_gap,
     normal_residual,
     outside_friction,
-    residual_on_grid,
+    tangential_residual,
     worst,
 )
 from varcontact.discrete.state import ContactState, means, normal_as_solved
@@ -34,7 +35,7 @@ from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.html import in_rows, preformatted
 from varcontact.interfaces.potential import ROUNDING, magnitude, project
 from varcontact.scene.motion import TimeStep
-from varcontact.system.process import one_blas_thread
+from varcontact.system.process import on_demand, one_blas_thread
 
 LEVELS = ("full", "gap", "none")
 """Levels of a certificate: everything; without bounds on the forces; the residuals alone."""
@@ -91,9 +92,9 @@ class Certificate:
     level : {"full", "gap", "none"}
         Level that was requested: everything; no bound on the forces; the residuals
         alone.
-    bounds : ForceBounds or callable
-        The bounds on the forces, or what computes them: by default they are
-        computed when they are first asked for.
+    bounds : ForceBounds
+        The bounds on the forces: by default they are computed when they are
+        first asked for.
     """
 
     gap: float
@@ -103,14 +104,7 @@ class Certificate:
     normal_residual: float
     tangential_residual: float
     level: str
-    bounds: ForceBounds | Callable[[], ForceBounds] = field(repr=False)
-
-    @property
-    def _computed_bounds(self) -> ForceBounds:
-        if not isinstance(self.bounds, ForceBounds):
-            object.__setattr__(self, "bounds", self.bounds())  # and frees what they take
-        assert isinstance(self.bounds, ForceBounds)
-        return self.bounds
+    bounds: on_demand[ForceBounds] = field(default=on_demand(), repr=False)
 
     @property
     def force_bound(self) -> np.ndarray:
@@ -123,7 +117,7 @@ class Certificate:
         softened as far as a pressure covers them that is not exact enough to tell, and where it is
         left out.
         """
-        return self._computed_bounds.whole
+        return self.bounds.whole
 
     @property
     def proved(self) -> bool:
@@ -160,7 +154,7 @@ class Certificate:
         or infinite friction. In histories both are those of one step, for what the steps before
         left.
         """
-        return self._computed_bounds.pressure_part
+        return self.bounds.pressure_part
 
     def plain(self) -> dict[str, float | str | list[float]]:
         """Numbers, the level, and the bounds as two lists of three, by name: what a file keeps."""
@@ -209,8 +203,8 @@ def certificate_of(
     if tangential is None:
         tangential_error = float(np.any(state.traction))  # no friction can carry it: all is error
     else:
-        shift = _shift(tangential, response)
-        tangential_error = residual_on_grid(tangential, state, shift)
+        found = _Found.of(tangential, response)
+        tangential_error = found.residual
     residual = worst(tangential_error, normal_error)
     if tangential is not None and tangential.size > 0:
         coupling_error = coupling_residual(disc, normal, tangential, state, approach, elastic)
@@ -218,7 +212,7 @@ def certificate_of(
         if closed_form:
             residual = tangential_error
         if level != "none":
-            absolute, relative_gap = _gap(tangential, state, shift)
+            absolute, relative_gap = found.gap
     # bounds on the forces
     bounds: ForceBounds | Callable[[], ForceBounds] = NO_BOUNDS
     if level == "full":
@@ -238,25 +232,45 @@ def certificate_of(
     )
 
 
-def _shift(problem: TangentialProblem, response: ContactResponse) -> np.ndarray | None:
-    """The shift E (c, n) of a response; None where tractions act without friction: the response
-    has their shift, too.
-    """
-    if outside_friction(problem, response.state) != 0:
-        return None
-    return problem.of_grid(response.shift, response.state.rigid)[0]
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Tractions (c, n) of a tangential problem and the rigid shift (c,) that was found with them.
 
-
-def _gap(
-    problem: TangentialProblem, state: ContactState, shift: np.ndarray | None
-) -> tuple[float, float]:
-    """The duality gap of a state, for tractions within the bound; with its E (c, n) where that is
-    known.
+    `outside` is the largest traction where no friction can carry one; without any, the shift E (c,
+    n) is that of the response.
     """
-    tractions, rigid = problem.of_grid(state.traction, state.rigid)
-    if np.all(magnitude(tractions) <= (1 + ROUNDING) * problem.bound):
-        return gap(problem, tractions, rigid, shift)
-    return gap(problem, project(tractions, problem.bound), rigid)
+
+    problem: TangentialProblem
+    traction: np.ndarray
+    rigid: np.ndarray
+    outside: float
+    shift: np.ndarray | None
+
+    @classmethod
+    def of(cls, problem: TangentialProblem, response: ContactResponse) -> Self:
+        """The tractions of a contact state."""
+        state = response.state
+        outside = outside_friction(problem, state)
+        shift = None
+        if outside == 0:
+            shift, _ = problem.of_grid(response.shift, state.rigid)
+        return cls(problem, *problem.of_grid(state.traction, state.rigid), outside, shift)
+
+    @property
+    def residual(self) -> float:
+        """Their residual; tractions outside are all error."""
+        if self.problem.size == 0:
+            return self.outside
+        inside = tangential_residual(self.problem, self.traction, self.rigid, self.shift)
+        return worst(self.outside, inside)
+
+    @property
+    def gap(self) -> tuple[float, float]:
+        """The duality gap of the tractions within the bound."""
+        problem = self.problem
+        if np.all(magnitude(self.traction) <= (1 + ROUNDING) * problem.bound):
+            return gap(problem, self.traction, self.rigid, self.shift)
+        return gap(problem, project(self.traction, problem.bound), self.rigid)
 
 
 def _default_level(disc: Discretisation, tangential: TangentialProblem | None) -> str:

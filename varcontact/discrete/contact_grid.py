@@ -423,12 +423,11 @@ def scales_of(scene: Scene, grid: Grid, distance: np.ndarray) -> Scales:
 
 def check_range(scales: Scales) -> None:
     """Refuse units in which forces or their work leave the range of floating point."""
-    with np.errstate(divide="ignore"):
-        L, p, G = np.log10([scales.length, scales.pressure, scales.modulus])
+    L, p, G = map(_power_of_ten, (scales.length, scales.pressure, scales.modulus))
     force = p + 2 * L
     if scales.line:
         force = p + L
-    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
+    largest = max(map(abs, (L, p, p + L - G, force, force + p + L - G)))
     if not largest < EXPONENT_MAX:
         sizes = (
             f"lengths of {scales.length:.3g}, pressures of {scales.pressure:.3g}, "
@@ -439,3 +438,10 @@ def check_range(scales: Scales) -> None:
             f"1e-{EXPONENT_MAX} and 1e{EXPONENT_MAX}"
         )
         raise SceneError("scene", sizes, allowed)
+
+
+def _power_of_ten(size: float) -> float:
+    """The logarithm of a size; minus infinity where it is none."""
+    if not size > 0:
+        return -math.inf
+    return math.log10(size)

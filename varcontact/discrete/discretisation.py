@@ -113,7 +113,7 @@ class Discretisation:
     def lattice(self) -> Grid:
         return self.operators.lattice
 
-    @property
+    @lazy_property
     def base(self) -> float:
         """Least undeformed distance on the grid: dimensionless distances and approaches count from
         there.

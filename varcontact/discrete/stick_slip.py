@@ -74,17 +74,19 @@ class ContactResponse:
         return np.asarray(shift * contact)
 
     @lazy_property
-    def _slip_and_areas(self) -> tuple[np.ndarray, np.ndarray]:
-        return _shift_and_areas(self)
-
-    @property
     def slip_shift(self) -> np.ndarray:
-        return self._slip_and_areas[0]
+        """Shift by slip in the contact, (2, ny, nx), dimensionless: the local shift E, less what
+        flows between the bodies.
+        """
+        flow = flow_of(self.disc, self.state, self.shift, self.areas)
+        if flow is None:
+            return self.shift
+        return self.shift + flow
 
-    @property
+    @lazy_property
     def areas(self) -> np.ndarray:
         """0, 1, 2, 3 for exterior, stick, slip, plastic, (ny, nx)."""
-        return self._slip_and_areas[1]
+        return _areas(self)
 
     @property
     def slips(self) -> np.ndarray:
@@ -105,7 +107,7 @@ class ContactResponse:
             return np.zeros_like(self.shift)
         return flow
 
-    @property
+    @lazy_property
     def unit_slip(self) -> float:
         return unit_slip(self.disc)
 
@@ -125,47 +127,46 @@ class ContactResponse:
         """Shift by tractions."""
         return self.disc.tangential_operator.apply(traction)
 
+    def without_matrices(self) -> ContactResponse:
+        """The same without matrices that solvers assembled: to be kept after a solve."""
+        return changed(self, disc=self.disc.without_matrices())
+
     def under(self, fields: Fields) -> ContactResponse:
         """The same contact, judged under other implicit fields."""
         return ContactResponse(self.disc.under(fields), self.state)
 
 
-def _shift_and_areas(response: ContactResponse) -> tuple[np.ndarray, np.ndarray]:
-    """Shift by slip in the contact, (2, ny, nx), dimensionless, and 0, 1, 2, 3 for exterior, stick,
-    slip, plastic.
+def _areas(response: ContactResponse) -> np.ndarray:
+    """0, 1, 2, 3 for exterior, stick, slip, plastic.
 
     An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where
-    traction is at the bound and slip opposes it. The slip is the local shift E, less what flows
-    between the bodies.
+    traction is at the bound and slip opposes it.
     """
     disc = response.disc
     state = response.state
-    shift = response.shift
     contact = state.pressure > 0
     areas = contact.astype(np.int8)
     if disc.loading.motion is None:
-        return shift, areas
+        return areas
     if state.slips is not None:
         areas[contact & state.slips] = SLIP
     elif not disc.interface.unbounded:
         disc = with_implied_fields(disc, state)
         potential = disc.potential(state.pressure)
-        slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
         own = response.own_influence
-        trial = state.traction - shift / own
+        trial = state.traction - response.shift / own
         size = np.hypot(*trial)
         noise = 1e-12 * np.abs(trial).max()
-        flows = np.zeros_like(contact)
-        if potential.flow is not None:
-            flows = size > potential.flow.threshold * (1 + AT_BOUND_TOL) + noise
         beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND_TOL) + noise
-        areas[contact & flows] = PLASTIC
         areas[contact & beyond] = SLIP
-        areas[contact & beyond & (potential.bound < slip_bound)] = PLASTIC
-    flow = flow_of(disc, state, shift, areas)
-    if flow is not None:
-        shift = shift + flow
-    return shift, areas
+        if disc.interface.flows:
+            slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
+            plastic = beyond & (potential.bound < slip_bound)
+            if potential.flow is not None:
+                flows = size > potential.flow.threshold * (1 + AT_BOUND_TOL) + noise
+                plastic |= flows & ~beyond
+            areas[contact & plastic] = PLASTIC
+    return areas
 
 
 def with_implied_fields(

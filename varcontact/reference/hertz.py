@@ -84,6 +84,11 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     axial_ratio = positive("axial_ratio", axial_ratio)
     if axial_ratio > 1:
         raise SceneError("axial_ratio", axial_ratio, "in (0, 1]")
+    return _elliptic_integrals(axial_ratio)
+
+
+@lru_cache(maxsize=64)
+def _elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     on_cos = np.array([1.0, 0.0, 1.0, 1.0])
     on_sin = np.array([0.0, 1.0, axial_ratio**2, 1.0])
     B, D, E, K = complete_integral(axial_ratio, on_cos, on_sin).tolist()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -25,7 +26,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import semi_axes
 from varcontact.results.solution import Solution
 from varcontact.results.trace import trace_dataset
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import SolveStats
 from varcontact.transports import SteadyRolling, mirrored
@@ -35,25 +36,26 @@ def solution_of(
     scene: Scene,
     response: ContactResponse,
     plan: Plan,
-    certificate: Certificate,
+    certificate: Certificate | Callable[[], Certificate],
     converged: bool,
     stats: SolveStats,
 ) -> Solution:
-    """The response of a contact state in physical units, with slip, distances and areas."""
+    """The response of a contact state in physical units, with slip, distances and areas.
+
+    Fields that neither the forces of a theory nor its next step need are computed when they are
+    read: the solution then keeps the response.
+    """
     disc = response.disc
     state = response.state
-    scale = disc.scales.displacement
-    distance = response.distance * scale + (disc.distance - disc.base)
-    distance = distance + disc.known_distance * scale
-    if disc.K != 0 and np.any(state.traction):
-        distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
-    rolled = unit_slip(disc)
     approach = state.approach * disc.scales.displacement + disc.base
     if scene.approach_undetermined and scene.approach is None:
         approach = math.nan
-    density = response.work() * disc.scales.pressure / rolled
-    if not plan.has_moment and disc.loading.motion is not None and disc.loading.motion.rigid[2]:
-        density = np.full_like(density, math.nan)
+    areas = response.areas
+    fields: dict[str, Any]
+    if plan.is_formula and not isinstance(disc.loading.motion, TimeStep):
+        fields = {name: partial(field, response, plan) for name, field in FIELDS.items()}
+    else:
+        fields = {name: field(response, plan) for name, field in FIELDS.items()}
     on_parts = None
     if disc.subgrid is not None:
         on_parts = disc.subgrid.pressure * disc.scales.pressure
@@ -63,12 +65,10 @@ def solution_of(
         plan=plan,
         pressure=state.pressure * disc.scales.pressure,
         traction=state.traction * disc.scales.pressure,
-        slip=response.slip_shift / rolled,
-        power_density=density,
-        distance=distance - state.approach * disc.scales.displacement,
-        state=response.areas,
+        **fields,
+        state=areas,
         approach=approach,
-        creepage=_creepage(scene, disc, state, rolled),
+        creepage=_creepage(scene, disc, state, response.unit_slip),
         certificate=certificate,
         converged=converged,
         iterations=state.iterations,
@@ -82,6 +82,38 @@ def solution_of(
         pressure_on_parts=on_parts,
         trace=_trace(scene, disc, stats),
     )
+
+
+def _slip(response: ContactResponse, plan: Plan) -> np.ndarray:
+    return response.slip_shift / response.unit_slip
+
+
+def _power_density(response: ContactResponse, plan: Plan) -> np.ndarray:
+    """Frictional work by area; NaN with spin where the method gives no moment."""
+    motion = response.disc.loading.motion
+    if not plan.has_moment and motion is not None and motion.rigid[2]:
+        return np.full(response.pressure.shape, math.nan)
+    return response.work() * response.disc.scales.pressure / response.unit_slip
+
+
+def _distance(response: ContactResponse, plan: Plan) -> np.ndarray:
+    """Deformed distance, with that of the tractions where the bodies differ."""
+    disc = response.disc
+    scale = disc.scales.displacement
+    distance = response.distance * scale + (disc.distance - disc.base)
+    distance = distance + disc.known_distance * scale
+    traction = response.traction
+    if disc.K != 0 and np.any(traction):
+        distance = distance + disc.operators.traction_to_distance.apply(traction)[0] * scale
+    return np.asarray(distance - response.state.approach * scale)
+
+
+FIELDS: dict[str, Callable[[ContactResponse, Plan], np.ndarray]] = {
+    "slip": _slip,
+    "power_density": _power_density,
+    "distance": _distance,
+}
+"""Fields of a solution that follow from its pressure and tractions, by their names."""
 
 
 def approach_on_grid(sol: Solution) -> float:
@@ -129,13 +161,23 @@ def _creepage(
     """Prescribed creepages, and those found for prescribed forces; NaN where they are not
     unique.
     """
-    if disc.loading.motion is None:
-        return 0.0, 0.0, 0.0
     motion = disc.loading.motion
+    if motion is None:
+        return 0.0, 0.0, 0.0
     along_x, along_y, about_z = motion.rigid
-    forced = np.array([motion.Fx is not None, motion.Fy is not None])
+    additional = state.rigid / rolled
+    forced = [motion.Fx is not None, motion.Fy is not None]
+    if any(forced):
+        undetermined = _undetermined_creepage(scene, disc, state)
+        additional = np.where(forced & undetermined, math.nan, additional)
+    return along_x + float(additional[0]), along_y + float(additional[1]), about_z
+
+
+def _undetermined_creepage(scene: Scene, disc: Discretisation, state: ContactState) -> np.ndarray:
+    """True for the directions (2,) in which a force determines no creepage."""
     undetermined = np.full(2, disc.frictionless or not state.pressure.any())
     # where the rigid shift has no reference, a force that changes leaves its shift open
+    motion = disc.loading.motion
     if scene.shift_undetermined and not isinstance(motion, Steady):
         before = np.zeros(2)
         if disc.loading.previous_step is not None:
@@ -145,8 +187,7 @@ def _creepage(
         rounding = 1e-14 * state.pressure.sum() * disc.lattice.area
         changed = np.abs(force - before) > 1e-9 * np.abs(force) + rounding
         undetermined |= isinstance(motion, Shift) | changed
-    additional = np.where(forced & undetermined, math.nan, state.rigid / rolled)
-    return along_x + float(additional[0]), along_y + float(additional[1]), about_z
+    return undetermined
 
 
 def rolling_resistance(sol: Solution) -> float:

@@ -323,6 +323,13 @@ class Plan(Reported):
         return self.has_friction and self.theory is None
 
     @property
+    def is_formula(self) -> bool:
+        """True where Hertz's pressure and a theory give the answer: nothing is solved to a
+        tolerance.
+        """
+        return self.closed_form and self.theory is not None
+
+    @property
     def loops(self) -> bool:
         """True where pressure and tractions are solved for in passes, until both stay."""
         return self.coupling in ("panagiotopoulos", "joint", *AT_ONCE)

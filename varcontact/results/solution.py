@@ -27,7 +27,7 @@ from varcontact.scene.surfaces import along_axes
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
 from varcontact.system.files import check_ending
-from varcontact.system.process import lazy_property
+from varcontact.system.process import lazy_property, on_demand
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,9 +53,12 @@ def _part(name: str, k: int, words: str) -> float:
     return cast("float", property(lambda sol: float(getattr(sol, name)[k]), doc=words))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Solution(Reported):
     """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
+
+    By a theory `slip`, `power_density`, `distance` and the certificate are computed when they are
+    first read.
 
     Attributes
     ----------
@@ -143,13 +146,13 @@ class Solution(Reported):
     plan: Plan
     pressure: np.ndarray
     traction: np.ndarray
-    slip: np.ndarray
-    power_density: np.ndarray
-    distance: np.ndarray
+    slip: on_demand[np.ndarray] = field(default=on_demand())
+    power_density: on_demand[np.ndarray] = field(default=on_demand())
+    distance: on_demand[np.ndarray] = field(default=on_demand())
     state: np.ndarray
     approach: float
     creepage: tuple[float, float, float]
-    certificate: Certificate
+    certificate: on_demand[Certificate] = field(default=on_demand())
     converged: bool
     iterations: dict[str, int]
     status: dict[str, str]

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 from varcontact import checks
 from varcontact.checks import Checked, is_array, poisson_ratio, positive, positive_or_infinite
 from varcontact.errors import SceneError
+from varcontact.system.process import lazy_property
 
 Relaxations = tuple[tuple[float, float], ...]
 """Relaxations of a standard linear solid: parts of the compliance, and times [time]."""
@@ -137,13 +138,13 @@ class Bodies(Checked):
             nu = (nu, nu)
         return G, nu
 
-    @property
+    @lazy_property
     def combined_G(self) -> float:
         """Combined modulus of rigidity, ``1/G = (1/G1 + 1/G2)/2`` (58)."""
         (G1, G2), _ = self.pairs
         return 2 / (1 / G1 + 1 / G2)
 
-    @property
+    @lazy_property
     def combined_nu(self) -> float:
         """Combined Poisson's ratio, ``nu/G = (nu1/G1 + nu2/G2)/2`` (59)."""
         (G1, G2), (nu1, nu2) = self.pairs
@@ -151,7 +152,7 @@ class Bodies(Checked):
             return nu1
         return self.combined_G / 2 * (nu1 / G1 + nu2 / G2)
 
-    @property
+    @lazy_property
     def K(self) -> float:
         """Difference parameter (60); zero: quasi-identical, normal and tangential problem
         uncoupled.

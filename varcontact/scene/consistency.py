@@ -280,19 +280,25 @@ def _check_surfaces(scene: Scene) -> None:
     _check_tractions(scene)
     if isinstance(grid, Grid) and grid.line and not scene.line:
         raise SceneError("grid.ny", None, "given: only line contact has no rows")
-    for name in ("spin", "rotation"):
-        turns = np.atleast_1d(getattr(scene.motion, name, 0.0))
-        if scene.line and np.any(turns != 0):
-            first = float(turns[turns != 0][0])
-            raise SceneError(
-                f"motion.{name}", first, "0 in line contact, where nothing depends on y"
-            )
+    if scene.line:
+        _check_turning(scene)
     for surface in scene.surfaces:
         if surface.line != scene.line or depth_of(surface) != scene.reference_depth:
             allowed = "as the scene's surface: line contact with the same reference_depth, or none"
             raise SceneError("motion.surface", surface, allowed)
-    if any(is_curved(surface) for surface in (scene.surface, *scene.surfaces)):
+    if scene.conformal or any(is_curved(surface) for surface in scene.surfaces):
         _check_conformal(scene)
+
+
+def _check_turning(scene: Scene) -> None:
+    """Nothing turns in line contact."""
+    for name in ("spin", "rotation"):
+        turns = np.atleast_1d(getattr(scene.motion, name, 0.0))
+        if np.any(turns != 0):
+            first = float(turns[turns != 0][0])
+            raise SceneError(
+                f"motion.{name}", first, "0 in line contact, where nothing depends on y"
+            )
 
 
 def _check_pin(scene: Scene) -> None:

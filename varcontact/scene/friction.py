@@ -307,6 +307,8 @@ Friction = Coefficient | FrictionBound | np.ndarray
 
 def coefficient(field: str, value: Any) -> float | Law | FrictionBound:
     """A coefficient of friction, a law of it, or a traction bound."""
+    if type(value) is float and COEFFICIENT_MIN <= value <= COEFFICIENT_MAX:  # nearly always
+        return value
     if isinstance(value, Law | FrictionBound):
         return value
     allowed = "zero or positive (inf: no slip), or a law"

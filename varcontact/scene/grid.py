@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from functools import partial
 from typing import Any, ClassVar, Literal, get_args
 
@@ -278,7 +278,7 @@ class Grid(
         dx, dy, x0, y0 = self._lattice()
         rows, columns = cells
         parts = self._like(self.nx * columns, self.rows * rows, dx / columns, dy / rows, x0, y0)
-        return replace(parts, edge="centres", tractions="constant")
+        return changed(parts, edge="centres", tractions="constant")
 
     def scaled(self, length: float) -> Grid:
         """The lattice in another unit of `length`, which is given in the old one."""
@@ -309,13 +309,17 @@ class Grid(
         )
 
     def _like(self, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> Grid:
-        """A lattice with the same edge; in line contact without rows."""
+        """A lattice with the same edge, of which nothing but its numbers needs a check; in line
+        contact without rows.
+        """
+        numbers = {"nx": nx, "ny": ny, "dx": dx, "dy": dy, "x0": x0, "y0": y0}
+        tractions: Tractions = "constant"
         if self.line:
-            line = Grid(nx=nx, dx=dx, x0=x0, edge=self.edge)
-            if self.linear:
-                return replace(line, tractions="linear")
-            return line
-        return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0, edge=self.edge)
+            numbers = {"nx": nx, "dx": dx, "x0": x0}
+        if self.linear:
+            tractions = "linear"
+        lattice = {name: self._checks[name](f"grid.{name}", numbers[name]) for name in numbers}
+        return changed(self, margin=1, tractions=tractions, periodic=False, **lattice)
 
 
 def usual_grid(line: bool) -> Grid:

@@ -103,10 +103,12 @@ def _modulus(scene: Scene) -> str:
             return f"{given}, stiffer than solids are"
     if units is not None:
         return ""
+    if G < PSI[0]:
+        return ""
     radius = min(_radii(scene), default=0.0)
     if G >= 1e9 and radius >= LARGE_RADIUS:
         return f"G = {G:.4g} looks like pascals, a radius of {radius:.4g} like millimetres"
-    if PSI[0] <= G <= PSI[1] and radius >= LARGE_INCHES:
+    if G <= PSI[1] and radius >= LARGE_INCHES:
         return (
             f"G = {G:.4g} looks like pounds by square inch, "
             f"a radius of {radius:.4g} like millimetres"
@@ -117,8 +119,10 @@ def _modulus(scene: Scene) -> str:
 def _metres(scene: Scene) -> str:
     """Radii of millimetres where the units are metres."""
     units = scene.units
+    if not isinstance(units, Units) or units.length != "m":
+        return ""
     radius = min(_radii(scene), default=0.0)
-    if not isinstance(units, Units) or units.length != "m" or radius < LARGE_RADIUS:
+    if radius < LARGE_RADIUS:
         return ""
     return f"the smallest radius of curvature is {radius:.4g} m: it looks like millimetres"
 
@@ -146,10 +150,13 @@ def _young(scene: Scene) -> str:
 
 def _large_contact(scene: Scene) -> str:
     """A contact as large as the bodies."""
-    radii = _radii(scene)
-    if not radii or scene.hertz is None or _dimensionless(scene):
+    hertz = scene.hertz
+    if hertz is None or _dimensionless(scene):
         return ""
-    axes = scene.hertz.a, scene.hertz.b
+    radii = _radii(scene)
+    if not radii:
+        return ""
+    axes = hertz.a, hertz.b
     ratio, axis, radius = max(
         (axis / radius, axis, radius) for axis, radius in zip(axes, radii, strict=False)
     )
@@ -296,10 +303,12 @@ def _largest_friction(scene: Scene) -> float:
     """
     largest = 0.0
     for each in scene.frictions:
-        if isinstance(each, Law):
+        if isinstance(each, float):
+            largest = max(largest, each)
+        elif isinstance(each, np.ndarray):
+            largest = max(largest, float(each.max()))
+        elif isinstance(each, Law):
             largest = max(largest, each.static)
-        elif isinstance(each, float | np.ndarray):
-            largest = max(largest, float(np.max(each)))
     return largest
 
 

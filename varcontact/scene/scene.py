@@ -239,7 +239,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             along = [0, 1, 2]
         return any(load.acts(*along) or load.acts_alone for load in self.loads or ())
 
-    @property
+    @lazy_property
     def conformal(self) -> bool:
         """True where the bodies meet on a curved surface, see `SampledDistance`."""
         return is_curved(self.surface)
@@ -291,7 +291,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         """Axes that bodies and surface repeat along, see `Grid`."""
         return self.own_grid.periodic
 
-    @property
+    @lazy_property
     def approach_undetermined(self) -> bool:
         """True where the approach is known but for a constant: in line contact without a depth or
         bases at rest.
@@ -513,7 +513,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     @lazy_property
     def frictionless(self) -> bool:
         """True where no tangential traction can arise."""
-        return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self.frictions)
+        return self.motion is None or not any(_rubs(friction) for friction in self.frictions)
 
     @lazy_property
     def no_slip(self) -> bool:
@@ -642,3 +642,10 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         from varcontact.io.scene_toml import save_scene
 
         save_scene(self, path, overwrite)
+
+
+def _rubs(friction: float | np.ndarray | Law | FrictionBound | None) -> bool:
+    """True of friction that is not zero everywhere."""
+    if isinstance(friction, np.ndarray):
+        return bool(np.any(friction != 0))
+    return friction != 0

@@ -131,6 +131,8 @@ class Methods(
     @classmethod
     def given(cls, methods: Methods | None, **names: Any) -> Methods:
         """The methods, together or by their names one by one."""
+        if methods is None and all(type(name) is str and name == "auto" for name in names.values()):
+            return AUTO
         if methods is None:
             return cls(**names)
         kind("methods", methods, Methods)

@@ -5,7 +5,9 @@ solution.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import TypeGuard
 
@@ -13,7 +15,7 @@ import numpy as np
 
 from varcontact.checks import LARGE
 from varcontact.discrete import contact_grid
-from varcontact.discrete.certificate import Certificate, certificate_of
+from varcontact.discrete.certificate import EPS, Certificate, certificate_of
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
@@ -497,11 +499,15 @@ def finish(
         disc = with_implied_fields(disc, state, by_slip=True)
 
     response = ContactResponse(disc, state)
-    certificate, residual = _certified(response, solver)
+    kept = response
+    if plan.is_formula:  # what is read later is computed from it
+        kept = response.without_matrices()
+    certificate, residual = _certified(kept, solver)
 
     # the solution in physical units
     if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         plan = _with_reasons_of(state, plan)
+        response = kept
     converged = residual <= solver.tol
     solution = solution_of(scene, response, plan, certificate, converged, solver.stats)
     if not solution.converged:
@@ -511,31 +517,42 @@ def finish(
     return solution
 
 
-def _certified(response: ContactResponse, solver: ContactSolver) -> tuple[Certificate, float]:
-    """The certificate, and the residual of the plan's problems; where that misses the tolerance all
-    of the certificate, which may tell why.
+def _certified(
+    response: ContactResponse, solver: ContactSolver
+) -> tuple[Certificate | Callable[[], Certificate], float]:
+    """The certificate, or of a theory what computes it, and the residual of the plan's problems;
+    where that misses the tolerance all of the certificate, which may tell why.
     """
     plan = solver.plan
     # bounds often take longer than the solution, and are not always asked for
     lazily = solver.certify == "auto"
+    if lazily and plan.is_formula:
+        return partial(_certificate, response, plan, "auto", lazily), 0.0
     with solver.stats.stage("certificate"):
-        certificate = certificate_of(response, plan.closed_form, solver.certify, lazily)
+        certificate = _certificate(response, plan, solver.certify, lazily)
     residual = _residual_of_plan(plan, response.disc, response.state, certificate)
-    if residual > solver.tol and certificate.level != "full" and solver.certify == "auto":
-        certificate = certificate_of(response, plan.closed_form, "full", lazily)
-    if not plan.has_moment:
-        certificate = certificate.without_moment()
+    if residual > solver.tol and certificate.level != "full" and lazily:
+        certificate = _certificate(response, plan, "full", lazily)
     return certificate, residual
+
+
+def _certificate(response: ContactResponse, plan: Plan, level: str, lazily: bool) -> Certificate:
+    """The certificate of the forces that a plan gives."""
+    certificate = certificate_of(response, plan.closed_form, level, lazily)
+    if not plan.has_moment:
+        return certificate.without_moment()
+    return certificate
 
 
 def _check_rounding(disc: Discretisation, state: ContactState) -> None:
     """Refuse distances from a level so far away that rounding changes the approach."""
     approach = state.approach * disc.scales.displacement
-    if np.finfo(float).eps * abs(disc.base) > DISTANCE_ROUNDING_MAX * abs(approach):
-        unit = np.spacing(abs(disc.base))
+    base = disc.base
+    if EPS * abs(base) > DISTANCE_ROUNDING_MAX * abs(approach):
+        unit = np.spacing(abs(base))
         rounded = f"it is rounded to {unit:.1g}, and the bodies approach by only {approach:.3g}"
         allowed = f"counted from a level near the contact, less a constant: {rounded}"
-        raise SceneError("surface.h", disc.base, allowed)
+        raise SceneError("surface.h", base, allowed)
 
 
 def _residual_of_plan(

@@ -24,7 +24,7 @@ from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, Options, SolveOptions
 from varcontact.solving.own_solvers import SolverChoice
 from varcontact.solving.selection import select
-from varcontact.system.process import one_blas_thread
+from varcontact.system.process import changed, one_blas_thread
 from varcontact.system.progress import Progress
 
 if TYPE_CHECKING:
@@ -154,8 +154,9 @@ def solve(
         Level of the certificate: "full", with guaranteed bounds
         on the forces; "gap", without them; "none", or None, the residuals
         alone, which are always there. "auto" is "full" up to 10 000 elements
-        with friction, "gap" beyond and in the steps of a history. The report
-        says what is left out.
+        with friction, "gap" beyond and in the steps of a history, and computes
+        the bounds, and by a theory the whole certificate, when they are first
+        read. The report says what is left out.
     refine : None
         Refused: `accuracy`, without a grid, takes its place.
     progress : callable or true, optional
@@ -274,7 +275,7 @@ def solve(
     else:
         answer = solve_on_grid(solved, options)
     if isinstance(answer, Solution) and scene.doubts:
-        answer = replace(answer, warnings=(*scene.doubts, *answer.warnings))
+        answer = changed(answer, warnings=(*scene.doubts, *answer.warnings))
     if swings:
         from varcontact.results.frequency import harmonic_solution
 

@@ -164,6 +164,38 @@ class lazy_property(Generic[Value]):  # noqa: N801 - written as the decorator `p
         return value
 
 
+class on_demand(Generic[Value]):  # noqa: N801 - written as the default of a field
+    """A field of a dataclass that is given as its value or as a function that computes it; the
+    function is called when the field is first read.
+    """
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __repr__(self) -> str:
+        return "<on demand>"  # the default in signatures
+
+    def __set__(self, owner: Any, value: Value | Callable[[], Value]) -> None:
+        if isinstance(value, on_demand):  # its default, to dataclasses
+            raise TypeError(f"{type(owner).__name__} needs {self.name}")
+        owner.__dict__[self.name] = value
+
+    @overload
+    def __get__(self, owner: None, kind: type) -> Self: ...
+
+    @overload
+    def __get__(self, owner: Any, kind: type) -> Value: ...
+
+    def __get__(self, owner: Any, kind: type) -> Self | Value:
+        if owner is None:
+            return self
+        value = owner.__dict__[self.name]
+        if callable(value):
+            value = value()
+            owner.__dict__[self.name] = value  # which frees what the function takes
+        return value
+
+
 def changed(entry: Value, **changes: Any) -> Value:
     """A frozen dataclass with changes that need no check: `dataclasses.replace` without the class's
     own, in a fifth of the time. Lazy properties are not copied.

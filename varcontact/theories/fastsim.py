@@ -419,10 +419,11 @@ def marched_on_grid(
     """
     a, b = semi_axes
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
-    x = np.broadcast_to(grid.x[::-1], grid.shape)
-    interval = np.clip(edge - x, 0.0, grid.sides[0])  # ahead of the edge nothing builds up
+    x = grid.x[::-1]
+    # ahead of the edge nothing builds up
+    interval = np.minimum(np.maximum(edge - x, 0.0), grid.sides[0])
     inside = np.where(np.abs(x) < edge, bound[:, ::-1], 0.0)
-    mean = slip_flexibility(a, b, np.broadcast_to(L, 3), creepage)
+    mean = slip_flexibility(a, b, L * np.ones(3), creepage)
     return _travel(_Points(x, grid.y, interval, inside), creepage / L, mean, law, start)
 
 
@@ -490,7 +491,7 @@ def _arriving(before: np.ndarray, ahead: np.ndarray, dq: float, dx: float) -> np
 class _Points:
     """Points in order of travel, and their bounds, which under a law are the pressures."""
 
-    x: np.ndarray  # (ny, k)
+    x: np.ndarray  # (ny, k), or (k,) where all rows have the same
     y: np.ndarray  # (ny,)
     interval: np.ndarray  # ahead of each point (ny, k)
     bound: np.ndarray  # (ny, k)
@@ -505,10 +506,10 @@ def _travel(
     """
     vx, vy, spin = gradient
     step = points.interval
-    along = np.broadcast_to((vx - spin * points.y)[:, None], step.shape)
-    across = vy + spin * (points.x + step / 2)
     # by point in order of travel: what builds up without slip in the interval ahead of it
-    build_up = _by_point(step * np.array([along, across]))
+    along = step * (vx - spin * points.y)[:, None]
+    across = step * (vy + spin * (points.x + step / 2))
+    build_up = _by_point(np.array([along, across]))
     bound = _by_point(points.bound)
     if law is None:
         free, traction = _march(build_up, bound)
@@ -522,12 +523,12 @@ def _travel(
 
 def _by_point(fields: np.ndarray) -> np.ndarray:
     """Fields (..., ny, k) as (k, ..., ny)."""
-    return np.ascontiguousarray(np.moveaxis(fields, -1, 0))
+    return np.ascontiguousarray(fields.transpose(-1, *range(fields.ndim - 1)))
 
 
 def _along_rows(fields: np.ndarray) -> np.ndarray:
     """The reverse of `_by_point`."""
-    return np.ascontiguousarray(np.moveaxis(fields, 0, -1))
+    return np.ascontiguousarray(fields.transpose(*range(1, fields.ndim), 0))
 
 
 def _march(build_up: np.ndarray, bound: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -536,11 +537,12 @@ def _march(build_up: np.ndarray, bound: np.ndarray) -> tuple[np.ndarray, np.ndar
     traction = np.empty_like(build_up)
     present = np.zeros(build_up.shape[1:])
     least_divisor = np.maximum(bound, TINY)
-    for i in range(len(bound)):
-        np.subtract(present, build_up[i], out=free[i])
-        size = np.hypot(free[i, 0], free[i, 1])
-        part = bound[i] / np.maximum(size, least_divisor[i])
-        present = np.multiply(free[i], part, out=traction[i])
+    points = zip(build_up, bound, least_divisor, free, traction, strict=True)
+    for change, most, least, without_slip, with_slip in points:
+        np.subtract(present, change, out=without_slip)
+        size = np.hypot(*without_slip)
+        part = most / np.maximum(size, least)
+        present = np.multiply(without_slip, part, out=with_slip)
     return free, traction + 0.0  # no negative zeros
 
 
