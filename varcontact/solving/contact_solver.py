@@ -415,16 +415,15 @@ def _coupled(
     if plan.at_once:
         if not np.any(start.traction):
             state = solver.traction(disc, state)
-            if plan.by_areas:
-                state = solver.traction(disc, solver.pressure(disc, state))
         spec = None
         if not plan.by_areas:
             spec = registry.solver("tangential", plan.coupling)
         check_memory("coupled", spec, "none", 3 * disc.grid.size)
         settings = Settings(tol, stats=solver.stats, deadline=solver.deadline)
         with solver.stats.stage("both"):
-            disc, state = together(disc, state, plan.coupling, settings)
-        residual = max(residuals(disc, state))
+            disc, state, residual = together(disc, state, plan.coupling, settings)
+        if math.isnan(residual):
+            residual = max(residuals(disc, state))
     if plan.coupling == "joint":
         state = solver.block_descent(disc, state)
     elif not residual <= tol:
