@@ -212,17 +212,22 @@ class _Areas:
         c = len(self.along)
         h = self.stick.size
         T = self.turning
+        moving = self.contact[np.concatenate([self.stick, T])]
         distances = self._displacements((0,), self.contact)[0]
-        placed = np.concatenate([self.stick, T])
-        shifts = self._displacements(tuple(range(1, 1 + c)), self.contact[placed])
+        shifts = self._displacements(tuple(range(1, 1 + c)), moving)
+        # errors, by the present unknowns
+        own = self.fields[:, self.contact]
+        unknowns = np.concatenate([own[0], own[1:, self.stick].ravel(), np.zeros(T.size)])
+        known = self.problem.known.reshape(self.fields.shape) + self.rigid[:, None]
+        distance = known[0, self.contact] + distances @ unknowns
+        shift = known[1:, moving] + shifts @ unknowns
         # across the tractions, which turn themselves
         across = np.sum(self.across[:, :, None] * shifts[:, h:], axis=0)
-        shift = _shift(self.problem, self.fields, self.rigid)[:, self.contact]
-        angles = distances.shape[1] - T.size + np.arange(T.size)
-        across[np.arange(T.size), angles] += magnitude(shift[1:, T])
-        error_across = np.sum(self.across * shift[1:, T], axis=0)
+        angles = unknowns.size - T.size + np.arange(T.size)
+        across[np.arange(T.size), angles] += magnitude(shift[:, h:])
+        error_across = np.sum(self.across * shift[:, h:], axis=0)
         matrix = np.concatenate([distances, *shifts[:, :h], across])
-        return matrix, np.concatenate([shift[0], shift[1:, self.stick].ravel(), error_across])
+        return matrix, np.concatenate([distance, shift[:, :h].ravel(), error_across])
 
     def _displacements(self, directions: tuple[int, ...], elements: np.ndarray) -> np.ndarray:
         """Displacements along some directions in n elements by each unknown (directions, n,
@@ -235,9 +240,11 @@ class _Areas:
             operator.dense(elements, self.contact).reshape(shape), 2, 0
         )
         # by pressures, with the tractions on their bound
+        on_bound = np.zeros((len(self.along), self.contact.size))
+        on_bound[:, self.slip] = self.friction * self.along
         by_angle = np.zeros((*shape[:2], self.turning.size))
-        for by_traction, along, across in zip(by_tractions, self.along, self.across, strict=True):
-            by_pressure[..., self.slip] += by_traction[..., self.slip] * (self.friction * along)
+        for by_traction, ratio, across in zip(by_tractions, on_bound, self.across, strict=True):
+            by_pressure += by_traction * ratio
             by_angle += by_traction[..., self.turning] * (self.bound * across)
         by_stick = [by_traction[..., self.stick] for by_traction in by_tractions]
         return np.concatenate([by_pressure, *by_stick, by_angle], axis=2)
