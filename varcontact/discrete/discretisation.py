@@ -19,7 +19,7 @@ from varcontact.discrete.contact_grid import (
     scales_of,
 )
 from varcontact.discrete.edge_compliance import edge_compliance
-from varcontact.discrete.loading import Loading, PreviousStep
+from varcontact.discrete.loading import Loading
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.beside import loads_beside
@@ -404,7 +404,7 @@ class Discretisation:
         force = float(np.sum(self.in_normal_force * [*traction, pressure])) * self.lattice.area
         return force * self.scales.force / self.loading.normal_force - 1
 
-    def at_step(self, scene: Scene, previous_step: PreviousStep | None = None) -> Discretisation:
+    def at_step(self, scene: Scene) -> Discretisation:
         """The same bodies in the scene of a step, on the same grid and in the same scales."""
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
@@ -414,7 +414,7 @@ class Discretisation:
         operators = self.operators
         if isinstance(scene.motion, TimeStep):
             operators = operators.at_end(scene.motion.dt)
-        loading = changed(_loading_of(scene), previous_step=previous_step, beside=beside)
+        loading = changed(_loading_of(scene), beside=beside)
         at_step = changed(
             self, loading=loading, operators=operators, surface=surface, hertz=scene.hertz
         )
