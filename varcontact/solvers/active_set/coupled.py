@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution
-from varcontact.elasticity.operators import GridOperator
 from varcontact.interfaces.potential import magnitude, project
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.newton.coupled import CoupledProblem
@@ -71,29 +70,27 @@ def active_set_coupled(
 
 @dataclass(frozen=True, eq=False)
 class _Iterate:
-    """Pressure and tractions (1 + c, n), their shift, the trial fields ``p - E/rho`` of the natural
-    map, and its residual relative to the largest pressure and the largest bound.
+    """Pressure and tractions (1 + c, n), the trial fields ``p - E/rho`` of the natural map, and its
+    residual relative to the largest pressure and the largest bound, as a Euclidean norm.
     """
 
     problem: CoupledProblem
     fields: np.ndarray
     rigid: np.ndarray
-    shift: np.ndarray
     trial: np.ndarray
     merit: float
 
     @classmethod
     def of(cls, problem: CoupledProblem, fields: np.ndarray, rigid: np.ndarray) -> _Iterate:
-        shift = _shift(problem, fields, rigid)
-        weights = np.full((len(fields), 1), _row_size(problem.blocks[1]))
-        weights[0] = _row_size(problem.blocks[0])
-        trial = fields - shift / weights
+        on_grid = problem.shift(fields.reshape(-1, *problem.distance.shape))
+        shift = on_grid.reshape(fields.shape) + rigid[:, None]
+        trial = fields - shift / problem.row_sizes
         pressure = np.maximum(trial[0], 0.0)
         bound = problem.friction.ravel() * pressure
-        error = fields - np.concatenate([pressure[None], project(trial[1:], bound)])
-        scales = np.full((len(fields), 1), float(bound.max()) or 1.0)
-        scales[0] = float(pressure.max()) or 1.0
-        return cls(problem, fields, rigid, shift, trial, float(np.linalg.norm(error / scales)))
+        of_pressure = (fields[0] - pressure) / (pressure.max() or 1.0)
+        of_traction = (fields[1:] - project(trial[1:], bound)) / (bound.max() or 1.0)
+        merit = math.sqrt(np.vdot(of_pressure, of_pressure) + np.vdot(of_traction, of_traction))
+        return cls(problem, fields, rigid, trial, merit)
 
     def answer(self, count: int, status: str, solved: bool) -> RawSolution:
         pressure = np.maximum(self.fields[0], 0.0)
@@ -101,17 +98,6 @@ class _Iterate:
         fields = np.concatenate([pressure[None], traction])
         shape = self.problem.distance.shape
         return RawSolution(fields.reshape(-1, *shape), self.rigid, count, status, solved)
-
-
-def _shift(problem: CoupledProblem, fields: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-    """Distance and local shift (1 + c, n) of pressures and tractions."""
-    on_grid = problem.shift(fields.reshape(-1, *problem.distance.shape))
-    return on_grid.reshape(fields.shape) + rigid[:, None]
-
-
-def _row_size(block: GridOperator) -> float:
-    """Euclidean length of a row of a block: the weight of TANG's natural map."""
-    return math.sqrt(float(np.sum(block.table**2)) / len(block.table))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,11 +121,12 @@ class _Areas:
     def of(cls, iterate: _Iterate) -> _Areas:
         problem = iterate.problem
         trial = iterate.trial
-        contact = np.flatnonzero(trial[0] > 0)
+        (contact,) = (trial[0] > 0).nonzero()
         friction = problem.friction.ravel()[contact]
         size = magnitude(trial[1:, contact])
         slips = size > friction * trial[0, contact]
-        slip = np.flatnonzero(slips)
+        (slip,) = slips.nonzero()
+        (stick,) = (~slips).nonzero()
         along = trial[1:, contact[slip]] / size[slip]
         fields = np.zeros_like(iterate.fields)
         fields[:, contact] = iterate.fields[:, contact]
@@ -147,13 +134,19 @@ class _Areas:
         turning = slip
         if len(along) == 1:
             turning = slip[:0]
-        stick = np.flatnonzero(~slips)
         return cls(problem, fields, iterate.rigid, contact, stick, slip, turning, along)
 
     @lazy_property
     def friction(self) -> np.ndarray:
         """Coefficients where it slips (s,)."""
         return np.asarray(self.problem.friction.ravel()[self.contact[self.slip]])
+
+    @lazy_property
+    def ratio(self) -> np.ndarray:
+        """Tractions that slip, relative to their pressures (c, m); zero where it sticks."""
+        ratio = np.zeros((len(self.along), self.contact.size))
+        ratio[:, self.slip] = self.friction * self.along
+        return ratio
 
     @lazy_property
     def across(self) -> np.ndarray:
@@ -171,11 +164,14 @@ class _Areas:
     def moved(self, step: np.ndarray, part: float) -> _Iterate:
         """A part of a step, turning the tractions that slip on the bound of their pressures."""
         c = len(self.along)
-        ends = np.cumsum([self.contact.size, c * self.stick.size, self.turning.size])
-        pressures, tractions, angles, shifts = np.split(part * step, ends)
+        m = self.contact.size
+        turned = m + c * self.stick.size
+        end = turned + self.turning.size
+        step = part * step
         own = self.fields[:, self.contact]
-        own[0] += pressures
-        own[1:, self.stick] += tractions.reshape(c, -1)
+        own[0] += step[:m]
+        own[1:, self.stick] += step[m:turned].reshape(c, -1)
+        angles = step[turned:end]
         direction = self.along
         if angles.size:
             direction = np.cos(angles) * direction + np.sin(angles) * self.across
@@ -183,7 +179,7 @@ class _Areas:
         fields = np.zeros_like(self.fields)
         fields[:, self.contact] = own
         rigid = self.rigid.copy()
-        rigid[_free(self.problem)] += shifts
+        rigid[_free(self.problem)] += step[end:]
         return _Iterate.of(self.problem, fields, rigid)
 
     def step(self) -> np.ndarray | None:
@@ -233,20 +229,18 @@ class _Areas:
         """Displacements along some directions in n elements by each unknown (directions, n,
         unknowns).
         """
-        fields = range(1 + len(self.along))
-        operator = self.problem.operator.between(directions, tuple(fields))
-        shape = len(directions), elements.size, len(fields), self.contact.size
-        by_pressure, *by_tractions = np.moveaxis(
-            operator.dense(elements, self.contact).reshape(shape), 2, 0
-        )
+        c = len(self.along)
+        operator = self.problem.operator.between(directions, tuple(range(1 + c)))
+        blocks = operator.dense(elements, self.contact)
+        blocks = blocks.reshape(len(directions), elements.size, 1 + c, self.contact.size)
         # by pressures, with the tractions on their bound
-        on_bound = np.zeros((len(self.along), self.contact.size))
-        on_bound[:, self.slip] = self.friction * self.along
-        by_angle = np.zeros((*shape[:2], self.turning.size))
-        for by_traction, ratio, across in zip(by_tractions, on_bound, self.across, strict=True):
-            by_pressure += by_traction * ratio
-            by_angle += by_traction[..., self.turning] * (self.bound * across)
-        by_stick = [by_traction[..., self.stick] for by_traction in by_tractions]
+        by_pressure = blocks[:, :, 0]
+        by_angle = np.zeros((*by_pressure.shape[:2], self.turning.size))
+        for i in range(c):
+            by_traction = blocks[:, :, 1 + i]
+            by_pressure += by_traction * self.ratio[i]
+            by_angle += by_traction[:, :, self.turning] * (self.bound * self.across[i])
+        by_stick = [blocks[:, :, 1 + i].take(self.stick, axis=2) for i in range(c)]
         return np.concatenate([by_pressure, *by_stick, by_angle], axis=2)
 
     def _with_forces(self, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -273,7 +267,7 @@ class _Areas:
             sticking = slice(m + component * h, m + field * h)
             bordered[sticking, k + place] = 1.0
             bordered[k + place, sticking] = 1.0
-            bordered[k + place, self.slip] = self.friction * self.along[component]
+            bordered[k + place, :m] = self.ratio[component]
             bordered[angles, k + place] = self.across[component]
             bordered[k + place, angles] = self.bound * self.across[component]
         return bordered, lacking
