@@ -47,6 +47,8 @@ def active_set_coupled(
     fields = start.traction.reshape(len(start.traction), -1)
     iterate = _Iterate.of(problem, fields, start.rigid)
     best = iterate
+    # first on the contact area of the start, to which the tractions belong
+    iterate = changed(iterate, trial=np.concatenate([fields[:1], iterate.trial[1:]]))
     count = 0
     idle = 0
     while count < MAX_STEPS and idle < MAX_IDLE_STEPS:
