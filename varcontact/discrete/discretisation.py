@@ -113,7 +113,7 @@ class Discretisation:
     def lattice(self) -> Grid:
         return self.operators.lattice
 
-    @property
+    @lazy_property
     def base(self) -> float:
         """Least undeformed distance on the grid: dimensionless distances and approaches count from
         there.
@@ -122,7 +122,7 @@ class Discretisation:
             return 0.0
         return float(self.distance.min())
 
-    @property
+    @lazy_property
     def step(self) -> float | None:
         """Dimensionless distance rolled in a step, None where nothing rolls; a `SceneError` refuses
         too short ones.
@@ -468,7 +468,7 @@ class Discretisation:
         has_bound = (bound_pressure > 0) & (potential.bound > 0)
         if possible is not None:
             has_bound |= possible & (self.potential(np.ones(pressure.shape)).bound > 0)
-        elements = np.flatnonzero(has_bound)
+        elements = has_bound.ravel().nonzero()[0]
         # shift that the tractions do not change
         shift = self.known_shift.reshape(2, -1)[:, elements]
         if self.K != 0:

@@ -150,7 +150,6 @@ def _shift_and_areas(response: ContactResponse) -> tuple[np.ndarray, np.ndarray]
     elif not disc.interface.unbounded:
         disc = with_implied_fields(disc, state)
         potential = disc.potential(state.pressure)
-        slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
         own = response.own_influence
         trial = state.traction - shift / own
         size = np.hypot(*trial)
@@ -161,7 +160,9 @@ def _shift_and_areas(response: ContactResponse) -> tuple[np.ndarray, np.ndarray]
         beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND_TOL) + noise
         areas[contact & flows] = PLASTIC
         areas[contact & beyond] = SLIP
-        areas[contact & beyond & (potential.bound < slip_bound)] = PLASTIC
+        if disc.interface.flows:
+            slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
+            areas[contact & beyond & (potential.bound < slip_bound)] = PLASTIC
     flow = flow_of(disc, state, shift, areas)
     if flow is not None:
         shift = shift + flow

@@ -45,7 +45,8 @@ def active_set_coupled(
     Start, answer and `residual` are those of `newton_coupled`.
     """
     fields = start.traction.reshape(len(start.traction), -1)
-    iterate = _Iterate.of(problem, fields, start.rigid)
+    weights = _weights(problem, fields[0].nonzero()[0])
+    iterate = _Iterate.of(problem, weights, fields, start.rigid)
     best = iterate
     # first on the contact area of the start, to which the tractions belong
     iterate = changed(iterate, trial=np.concatenate([fields[:1], iterate.trial[1:]]))
@@ -54,7 +55,7 @@ def active_set_coupled(
     while count < MAX_STEPS and idle < MAX_IDLE_STEPS:
         check_time(settings.deadline)
         count += 1
-        after = _line_search(iterate, _Areas.of(iterate))
+        after = _line_search(iterate)
         if after is None:
             break
         iterate = after
@@ -70,6 +71,14 @@ def active_set_coupled(
     return best.answer(count, "MaxIterations", False)
 
 
+def _weights(problem: CoupledProblem, contact: np.ndarray) -> np.ndarray:
+    """Weights of the natural map (1 + c, 1): as TANG's, the sizes of rows between elements in
+    contact.
+    """
+    normal, tangential = (block.on(contact).row_size for block in problem.blocks)
+    return np.array([[normal], *(len(problem.rigid_shift) * [[tangential]])])
+
+
 @dataclass(frozen=True, eq=False)
 class _Iterate:
     """Pressure and tractions (1 + c, n), the trial fields ``p - E/rho`` of the natural map, and its
@@ -77,22 +86,25 @@ class _Iterate:
     """
 
     problem: CoupledProblem
+    weights: np.ndarray
     fields: np.ndarray
     rigid: np.ndarray
     trial: np.ndarray
     merit: float
 
     @classmethod
-    def of(cls, problem: CoupledProblem, fields: np.ndarray, rigid: np.ndarray) -> _Iterate:
+    def of(
+        cls, problem: CoupledProblem, weights: np.ndarray, fields: np.ndarray, rigid: np.ndarray
+    ) -> _Iterate:
         on_grid = problem.shift(fields.reshape(-1, *problem.distance.shape))
         shift = on_grid.reshape(fields.shape) + rigid[:, None]
-        trial = fields - shift / problem.row_sizes
+        trial = fields - shift / weights
         pressure = np.maximum(trial[0], 0.0)
         bound = problem.friction.ravel() * pressure
         of_pressure = (fields[0] - pressure) / (pressure.max() or 1.0)
         of_traction = (fields[1:] - project(trial[1:], bound)) / (bound.max() or 1.0)
         merit = math.sqrt(np.vdot(of_pressure, of_pressure) + np.vdot(of_traction, of_traction))
-        return cls(problem, fields, rigid, trial, merit)
+        return cls(problem, weights, fields, rigid, trial, merit)
 
     def answer(self, count: int, status: str, solved: bool) -> RawSolution:
         pressure = np.maximum(self.fields[0], 0.0)
@@ -110,9 +122,8 @@ class _Areas:
     `turning`: those that slip, where there are two components; else none.
     """
 
-    problem: CoupledProblem
+    iterate: _Iterate
     fields: np.ndarray
-    rigid: np.ndarray
     contact: np.ndarray
     stick: np.ndarray
     slip: np.ndarray
@@ -136,7 +147,11 @@ class _Areas:
         turning = slip
         if len(along) == 1:
             turning = slip[:0]
-        return cls(problem, fields, iterate.rigid, contact, stick, slip, turning, along)
+        return cls(iterate, fields, contact, stick, slip, turning, along)
+
+    @property
+    def problem(self) -> CoupledProblem:
+        return self.iterate.problem
 
     @lazy_property
     def friction(self) -> np.ndarray:
@@ -180,9 +195,9 @@ class _Areas:
         own[1:, self.slip] = self.friction * own[0, self.slip] * direction
         fields = np.zeros_like(self.fields)
         fields[:, self.contact] = own
-        rigid = self.rigid.copy()
+        rigid = self.iterate.rigid.copy()
         rigid[_free(self.problem)] += step[end:]
-        return _Iterate.of(self.problem, fields, rigid)
+        return _Iterate.of(self.problem, self.iterate.weights, fields, rigid)
 
     def step(self) -> np.ndarray | None:
         """Newton's step: changes of the pressures, of the tractions that stick, of the directions
@@ -216,7 +231,7 @@ class _Areas:
         # errors, by the present unknowns
         own = self.fields[:, self.contact]
         unknowns = np.concatenate([own[0], own[1:, self.stick].ravel(), np.zeros(T.size)])
-        known = self.problem.known.reshape(self.fields.shape) + self.rigid[:, None]
+        known = self.problem.known.reshape(self.fields.shape) + self.iterate.rigid[:, None]
         distance = known[0, self.contact] + distances @ unknowns
         shift = known[1:, moving] + shifts @ unknowns
         # across the tractions, which turn themselves
@@ -280,10 +295,11 @@ def _free(problem: CoupledProblem) -> list[int]:
     return [i for i, force in enumerate(problem.force) if force is not None]
 
 
-def _line_search(iterate: _Iterate, areas: _Areas) -> _Iterate | None:
+def _line_search(iterate: _Iterate) -> _Iterate | None:
     """The first part of a Newton step that lowers the residual enough, or the best of all; None
     where there is no step.
     """
+    areas = _Areas.of(iterate)
     step = areas.step()
     if step is None:
         return None

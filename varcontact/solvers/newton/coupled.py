@@ -11,7 +11,6 @@ the pressures, then, with the bounds that go with these, that of the tractions.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -60,16 +59,6 @@ class CoupledProblem:
         """The shifts (1 + c, ny, nx) without tractions and without the unknown rigid ones."""
         distance = self.distance - (self.approach or 0.0)
         return np.concatenate([distance[None], self.rigid_shift])
-
-    @lazy_property
-    def row_sizes(self) -> np.ndarray:
-        """Euclidean lengths of rows of the two blocks (1 + c, 1): the weights of TANG's natural
-        map.
-        """
-        normal, tangential = (
-            math.sqrt(float(np.sum(block.table**2)) / len(block.table)) for block in self.blocks
-        )
-        return np.array([[normal], *(len(self.rigid_shift) * [[tangential]])])
 
 
 def newton_coupled(
