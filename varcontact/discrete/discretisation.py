@@ -514,7 +514,7 @@ class Discretisation:
         moving = [
             i
             for i in (0, 1)
-            if shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any())
+            if forces[i] is not None or shift[i].any() or (acting is not None and acting[i].any())
         ]
         # where nothing moves, one direction is enough to say so
         return tuple(moving) or (0,)

@@ -85,7 +85,7 @@ def coupling_residual(
     changes the creepage, and no traction. Tractions of less than `SMALL_TRACTION` of the bound are
     measured relative to it: where hardly anything rubs, they may be nothing but rounding.
     """
-    if disc.K == 0 or not np.any(state.traction):
+    if disc.K == 0 or not state.traction.any():
         return 0.0
     pressure = state.pressure
     rigid = state.rigid

@@ -239,7 +239,7 @@ def together(
     pressures alone carry it.
     """
     tangential = disc.tangential_problem(state.pressure)
-    if tangential.size == 0 or not np.any(state.traction):
+    if tangential.size == 0 or not state.traction.any():
         return disc, state, math.nan
     directions = list(tangential.directions)
     force_prescribed = disc.loading.normal_force is not None
@@ -274,7 +274,7 @@ def together(
 
     # kept where they are better
     iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
-    better = raw.finite and bool(np.any(raw.traction[0]))
+    better = raw.finite and bool(raw.traction[0].any())
     if better and not raw.solved:
         better = not mixed and residual(raw) < max(residuals(disc, state))
     if not better:
