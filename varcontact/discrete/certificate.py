@@ -207,7 +207,9 @@ def certificate_of(
         tangential_error = found.residual
     residual = worst(tangential_error, normal_error)
     if tangential is not None and tangential.size > 0:
-        coupling_error = coupling_residual(disc, normal, tangential, state, approach, elastic)
+        coupling_error = coupling_residual(
+            disc, normal, tangential, state, approach, elastic, found.shift
+        )
         residual = worst(residual, coupling_error)
         if closed_form:
             residual = tangential_error

@@ -19,7 +19,7 @@ from varcontact.discrete.contact_grid import (
     scales_of,
 )
 from varcontact.discrete.edge_compliance import edge_compliance
-from varcontact.discrete.loading import Loading, PreviousStep
+from varcontact.discrete.loading import Loading
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.beside import loads_beside
@@ -122,7 +122,7 @@ class Discretisation:
             return 0.0
         return float(self.distance.min())
 
-    @property
+    @lazy_property
     def step(self) -> float | None:
         """Dimensionless distance rolled in a step, None where nothing rolls; a `SceneError` refuses
         too short ones.
@@ -404,7 +404,7 @@ class Discretisation:
         force = float(np.sum(self.in_normal_force * [*traction, pressure])) * self.lattice.area
         return force * self.scales.force / self.loading.normal_force - 1
 
-    def at_step(self, scene: Scene, previous_step: PreviousStep | None = None) -> Discretisation:
+    def at_step(self, scene: Scene) -> Discretisation:
         """The same bodies in the scene of a step, on the same grid and in the same scales."""
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
@@ -414,7 +414,7 @@ class Discretisation:
         operators = self.operators
         if isinstance(scene.motion, TimeStep):
             operators = operators.at_end(scene.motion.dt)
-        loading = changed(_loading_of(scene), previous_step=previous_step, beside=beside)
+        loading = changed(_loading_of(scene), beside=beside)
         at_step = changed(
             self, loading=loading, operators=operators, surface=surface, hertz=scene.hertz
         )
@@ -468,7 +468,7 @@ class Discretisation:
         has_bound = (bound_pressure > 0) & (potential.bound > 0)
         if possible is not None:
             has_bound |= possible & (self.potential(np.ones(pressure.shape)).bound > 0)
-        elements = np.flatnonzero(has_bound)
+        elements = has_bound.ravel().nonzero()[0]
         # shift that the tractions do not change
         shift = self.known_shift.reshape(2, -1)[:, elements]
         if self.K != 0:
@@ -514,7 +514,7 @@ class Discretisation:
         moving = [
             i
             for i in (0, 1)
-            if shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any())
+            if forces[i] is not None or shift[i].any() or (acting is not None and acting[i].any())
         ]
         # where nothing moves, one direction is enough to say so
         return tuple(moving) or (0,)

@@ -144,7 +144,7 @@ class TangentialProblem:
         ny, nx = self.operator.grid_operator.shape
         directions = np.array(self.directions)
         field = np.zeros((2, ny * nx))
-        field[np.ix_(directions, self.operator.elements)] = traction
+        field[directions[:, None], self.operator.elements] = traction
         shifts = np.zeros(2)
         shifts[directions] = rigid
         return field.reshape(2, ny, nx), shifts

@@ -37,10 +37,11 @@ def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, 
     )
     elastic = normal.operator.apply(pressure[None])[0]
     tangential = disc.tangential_problem(state.pressure, acting=state.traction)
+    shift = tangential.shift(*tangential.of_grid(state.traction, state.rigid))
     return (
         normal_residual(normal, pressure, approach, elastic),
-        residual_on_grid(tangential, state),
-        coupling_residual(disc, normal, tangential, state, approach, elastic),
+        residual_on_grid(tangential, state, shift),
+        coupling_residual(disc, normal, tangential, state, approach, elastic, shift),
     )
 
 
@@ -72,9 +73,10 @@ def coupling_residual(
     state: ContactState,
     approach: np.ndarray,
     elastic: np.ndarray,
+    shift: np.ndarray | None = None,
 ) -> float:
     """Error of the tractions of unlike bodies by the residual of the normal problem; 0 for like
-    bodies.
+    bodies. With the E (c, n) of the tangential one where that is known.
 
     A change of the pressures shifts the surfaces by K, and friction f makes that ``K/f`` times as
     large a part of the tractions: the less friction, the more exact the pressures have to be. So
@@ -83,7 +85,7 @@ def coupling_residual(
     changes the creepage, and no traction. Tractions of less than `SMALL_TRACTION` of the bound are
     measured relative to it: where hardly anything rubs, they may be nothing but rounding.
     """
-    if disc.K == 0 or not np.any(state.traction):
+    if disc.K == 0 or not state.traction.any():
         return 0.0
     pressure = state.pressure
     rigid = state.rigid
@@ -91,13 +93,15 @@ def coupling_residual(
     # rigid shift where a force is prescribed
     if tangential.size and tangential.free:
         tractions, shifts = tangential.of_grid(state.traction, rigid)
-        trial = tractions - tangential.shift(tractions, shifts) / tangential.operator.diagonal
+        if shift is None:
+            shift = tangential.shift(tractions, shifts)
+        trial = tractions - shift / tangential.operator.diagonal
         sticks = tangential.operator.elements[magnitude(trial) <= tangential.bound * (1 + 1e-8)]
         free = [tangential.directions[i] for i in tangential.free]
         if sticks.size:
             change = disc.pressure_to_shift.apply((image - pressure)[None])
-            mean = change.reshape(2, -1)[:, sticks].mean(axis=1)
-            rigid = rigid - np.where(np.isin((0, 1), free), mean, 0.0)
+            rigid = rigid.copy()
+            rigid[free] -= change.reshape(2, -1)[free][:, sticks].mean(axis=1)
     # residual under these pressures
     problem = disc.tangential_problem(image, acting=state.traction)
     residual = residual_on_grid(problem, changed(state, rigid=rigid))

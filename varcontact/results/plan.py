@@ -341,9 +341,7 @@ class Plan(Reported):
 
     @property
     def by_areas(self) -> bool:
-        """True where that solver takes both on their areas, by dense matrices: it begins near
-        these, after a pass.
-        """
+        """True where that solver takes both on their areas, by dense matrices."""
         return self.coupling == "active-set"
 
     def summary(self) -> dict[str, Any]:

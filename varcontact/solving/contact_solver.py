@@ -94,7 +94,7 @@ class ContactSolver:
                 with self.stats.called("hertz"):
                     state = hertz_pressure(disc, state)
                 return changed(state, solved_by={**state.solved_by, "normal": "hertz"})
-            coupled = disc.K != 0 and np.any(state.traction)
+            coupled = disc.K != 0 and state.traction.any()
             traction = state.traction if coupled else None
             problem = disc.normal_problem(traction).reachable()
             elements = problem.operator.elements
@@ -103,13 +103,13 @@ class ContactSolver:
             normal = self.plan.solver_of("normal")
             check_memory("normal", normal, self.plan.formulation, elements.size)
             start = None
-            if np.any(state.pressure):
+            if state.pressure.any():
                 start = RawSolution(
                     state.pressure.ravel()[elements], np.array([state.approach]), 0, "start"
                 )
             settings = self._settings(self._pressure_tol(disc, state), self.plan.loops)
             raw = solve_problem(problem, self.plan, self.polish, settings, start)
-            if not (raw.finite and (raw.solved or np.any(raw.traction))):
+            if not (raw.finite and (raw.solved or raw.traction.any())):
                 raise NotConverged(
                     f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf
                 )
@@ -234,12 +234,12 @@ class ContactSolver:
     def _tractions(
         self, problem: TangentialProblem, state: ContactState, settings: Settings
     ) -> RawSolution:
-        if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
+        if problem.size == 0 or not (any(problem.force) or problem.rigid_shift.any()):
             return RawSolution(
                 np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "nothing moves"
             )
         start = None
-        if np.any(state.traction):
+        if state.traction.any():
             traction, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(traction, problem.bound), rigid, 0, "start")
         mirror = None
@@ -413,18 +413,17 @@ def _coupled(
     state = start
     residual = np.inf
     if plan.at_once:
-        if not np.any(start.traction):
+        if not start.traction.any():
             state = solver.traction(disc, state)
-            if plan.by_areas:
-                state = solver.traction(disc, solver.pressure(disc, state))
         spec = None
         if not plan.by_areas:
             spec = registry.solver("tangential", plan.coupling)
         check_memory("coupled", spec, "none", 3 * disc.grid.size)
         settings = Settings(tol, stats=solver.stats, deadline=solver.deadline)
         with solver.stats.stage("both"):
-            disc, state = together(disc, state, plan.coupling, settings)
-        residual = max(residuals(disc, state))
+            disc, state, residual = together(disc, state, plan.coupling, settings)
+        if math.isnan(residual):
+            residual = max(residuals(disc, state))
     if plan.coupling == "joint":
         state = solver.block_descent(disc, state)
     elif not residual <= tol:

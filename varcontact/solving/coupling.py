@@ -7,6 +7,7 @@ Anderson's method. Source: D. G. Anderson, J. ACM 12 (1965) 547-560.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -230,16 +231,16 @@ def distance(values: np.ndarray, other: np.ndarray) -> float:
 
 def together(
     disc: Discretisation, state: ContactState, solver: str, settings: Settings
-) -> tuple[Discretisation, ContactState]:
+) -> tuple[Discretisation, ContactState, float]:
     """Pressure and tractions by a solver for both at once (`AT_ONCE`), from tractions under a
-    pressure; as they were where it fails.
+    pressure; as they were where it fails. Their residual, or NaN where it was not measured.
 
     Where tractions carry a part of the normal force, Newton's method gives the approach; others let
     pressures alone carry it.
     """
     tangential = disc.tangential_problem(state.pressure)
-    if tangential.size == 0 or not np.any(state.traction):
-        return disc, state
+    if tangential.size == 0 or not state.traction.any():
+        return disc, state, math.nan
     directions = list(tangential.directions)
     force_prescribed = disc.loading.normal_force is not None
     in_normal_force = _in_normal_force(disc, solver)
@@ -273,11 +274,11 @@ def together(
 
     # kept where they are better
     iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
-    better = raw.finite and bool(np.any(raw.traction[0]))
+    better = raw.finite and bool(raw.traction[0].any())
     if better and not raw.solved:
         better = not mixed and residual(raw) < max(residuals(disc, state))
     if not better:
-        return disc, replace(state, iterations=iterations)
+        return disc, replace(state, iterations=iterations), math.nan
     state = replace(
         state_of(raw),
         iterations=iterations,
@@ -287,7 +288,7 @@ def together(
     )
     if mixed:
         disc = disc.at_approach(state.approach)
-    return disc, state
+    return disc, state, raw.residual
 
 
 def _in_normal_force(disc: Discretisation, solver: str) -> np.ndarray | None:

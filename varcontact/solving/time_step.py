@@ -30,7 +30,7 @@ from varcontact.elasticity.of_scenes import FREE_DEPTH, medium_of, medium_on
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
 from varcontact.interfaces.heat import Heat
-from varcontact.interfaces.interface import BetweenBodies, Quantity
+from varcontact.interfaces.interface import BetweenBodies, Fields, Quantity
 from varcontact.interfaces.kinds import interface_of
 from varcontact.interfaces.laws import WEAKENING
 from varcontact.results.physical import solution_of, step_before
@@ -266,30 +266,37 @@ class TimeStepping:
         """Step k by itself, with the displacement differences ``u' = C p'`` and the heat that
         particles bring along.
         """
-        disc = self.disc
         scene = self._scene_of_step(k, before)
-        motion = scene.motion
-        step = disc.at_step(scene)
+        step = self.disc.at_step(scene)
         if before is None:
             return scene, step
-        left = step_before(before, step, heated)
-        step = step.with_loading(
-            arrived=step.interface.arrive(left, step.surroundings),
+        arrived: Fields = {}
+        if self._carried or heated:
+            left = step_before(before, step, heated)
+            arrived = step.interface.arrive(left, step.surroundings)
+        loaded = step.with_loading(
+            arrived=arrived,
             beside_before=self._beside(before.scene),
+            previous_step=self._previous_step(scene.motion, before),
         )
+        return scene, loaded
+
+    def _previous_step(self, motion: TimeStep, before: Solution) -> PreviousStep | None:
+        """The step before as a step meets it; None where it left no tractions."""
+        disc = self.disc
         fields = before.traction
         if disc.K != 0:
             fields = np.concatenate([before.traction, before.pressure[None]])
         if before.memory is None and not fields.any():
-            return scene, step
+            return None
         distance = motion.direction * motion.dq / disc.scales.length
         force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
         fields = fields / disc.scales.pressure
         displacement = disc.operators.at_once.carrying(distance).apply(fields)
         previous = PreviousStep(displacement, force, fields)
-        if before.memory is not None:
-            previous = self._with_memory(previous, motion, before)
-        return scene, step.with_loading(previous_step=previous)
+        if before.memory is None:
+            return previous
+        return self._with_memory(previous, motion, before)
 
     def _beside(self, scene: Scene) -> LoadsBeside | None:
         """Loads beside the contact in the scene of a step."""
@@ -496,11 +503,11 @@ def initial_state(
     assert motion is not None
     in_rolling = motion.rolls and getattr(was, "rolls", 0)
     traction = before.traction
-    creepage = np.nan_to_num(before.creepage[:2])
+    creepage = _known(before.creepage)
     if motion.rolls and _rolled_in_contact(before) and _rolled_in_contact(earlier):
         assert earlier is not None
         traction = 2 * traction - earlier.traction
-        creepage = 2 * creepage - np.nan_to_num(earlier.creepage[:2])
+        creepage = 2 * creepage - _known(earlier.creepage)
     traction = traction / scales.pressure
     if in_rolling:
         prescribed = [motion.Fx is not None, motion.Fy is not None]
@@ -511,6 +518,12 @@ def initial_state(
     if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
         traction = np.zeros_like(traction)
     return ContactState(before.pressure / scales.pressure, approach, traction, rigid)
+
+
+def _known(creepage: Sequence[float]) -> np.ndarray:
+    """Creepages along x and y; zero where they are not unique."""
+    along = np.array(creepage[:2])
+    return np.where(np.isnan(along), 0.0, along)
 
 
 def _rolled_in_contact(step: Solution | None) -> bool:

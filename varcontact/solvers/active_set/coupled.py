@@ -20,11 +20,11 @@ from varcontact.discrete.problems import RawSolution
 from varcontact.interfaces.potential import magnitude, project
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.newton.coupled import CoupledProblem
-from varcontact.system.process import interruptible, lazy_property
+from varcontact.system.process import changed, interruptible, lazy_property
 
-MAX_STEPS = 15
-"""Newton steps: problems that take more are left to alternating solves. Random scenes take 2 to
-6."""
+MAX_STEPS = 25
+"""Newton steps: problems that take more are left to alternating solves. Most random scenes take 2
+to 8."""
 STEP_PARTS = (1.0, 0.5, 0.25, 0.1)
 """Parts of a Newton step that the line search tries in turn."""
 MAX_IDLE_STEPS = 5
@@ -45,14 +45,17 @@ def active_set_coupled(
     Start, answer and `residual` are those of `newton_coupled`.
     """
     fields = start.traction.reshape(len(start.traction), -1)
-    iterate = _Iterate.of(problem, fields, start.rigid)
+    weights = _weights(problem, fields[0].nonzero()[0])
+    iterate = _Iterate.of(problem, weights, fields, start.rigid)
     best = iterate
+    # first on the contact area of the start, to which the tractions belong
+    iterate = changed(iterate, trial=np.concatenate([fields[:1], iterate.trial[1:]]))
     count = 0
     idle = 0
     while count < MAX_STEPS and idle < MAX_IDLE_STEPS:
         check_time(settings.deadline)
         count += 1
-        after = _line_search(iterate, _Areas.of(iterate))
+        after = _line_search(iterate)
         if after is None:
             break
         iterate = after
@@ -62,36 +65,46 @@ def active_set_coupled(
             idle = 0
         if iterate.merit <= JUDGED_BELOW:
             answer = iterate.answer(count, "Solved", True)
-            if residual(answer) <= settings.tol:
-                return answer
+            judged = residual(answer)
+            if judged <= settings.tol:
+                return changed(answer, residual=judged)
     return best.answer(count, "MaxIterations", False)
+
+
+def _weights(problem: CoupledProblem, contact: np.ndarray) -> np.ndarray:
+    """Weights of the natural map (1 + c, 1): as TANG's, the sizes of rows between elements in
+    contact.
+    """
+    normal, tangential = (block.on(contact).row_size for block in problem.blocks)
+    return np.array([[normal], *(len(problem.rigid_shift) * [[tangential]])])
 
 
 @dataclass(frozen=True, eq=False)
 class _Iterate:
-    """Pressure and tractions (1 + c, n), their shift, the trial fields ``p - E/rho`` of the natural
-    map, and its residual relative to the largest pressure and the largest bound.
+    """Pressure and tractions (1 + c, n), the trial fields ``p - E/rho`` of the natural map, and its
+    residual relative to the largest pressure and the largest bound, as a Euclidean norm.
     """
 
     problem: CoupledProblem
+    weights: np.ndarray
     fields: np.ndarray
     rigid: np.ndarray
-    shift: np.ndarray
     trial: np.ndarray
     merit: float
 
     @classmethod
-    def of(cls, problem: CoupledProblem, fields: np.ndarray, rigid: np.ndarray) -> _Iterate:
-        shift = _shift(problem, fields, rigid)
-        weights = np.full((len(fields), 1), _row_size(problem))
-        weights[0] = problem.blocks[0].on(np.arange(1)).diagonal
+    def of(
+        cls, problem: CoupledProblem, weights: np.ndarray, fields: np.ndarray, rigid: np.ndarray
+    ) -> _Iterate:
+        on_grid = problem.shift(fields.reshape(-1, *problem.distance.shape))
+        shift = on_grid.reshape(fields.shape) + rigid[:, None]
         trial = fields - shift / weights
         pressure = np.maximum(trial[0], 0.0)
         bound = problem.friction.ravel() * pressure
-        error = fields - np.concatenate([pressure[None], project(trial[1:], bound)])
-        scales = np.full((len(fields), 1), float(bound.max()) or 1.0)
-        scales[0] = float(pressure.max()) or 1.0
-        return cls(problem, fields, rigid, shift, trial, float(np.abs(error / scales).max()))
+        of_pressure = (fields[0] - pressure) / (pressure.max() or 1.0)
+        of_traction = (fields[1:] - project(trial[1:], bound)) / (bound.max() or 1.0)
+        merit = math.sqrt(np.vdot(of_pressure, of_pressure) + np.vdot(of_traction, of_traction))
+        return cls(problem, weights, fields, rigid, trial, merit)
 
     def answer(self, count: int, status: str, solved: bool) -> RawSolution:
         pressure = np.maximum(self.fields[0], 0.0)
@@ -99,18 +112,6 @@ class _Iterate:
         fields = np.concatenate([pressure[None], traction])
         shape = self.problem.distance.shape
         return RawSolution(fields.reshape(-1, *shape), self.rigid, count, status, solved)
-
-
-def _shift(problem: CoupledProblem, fields: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-    """Distance and local shift (1 + c, n) of pressures and tractions."""
-    on_grid = problem.shift(fields.reshape(-1, *problem.distance.shape))
-    return on_grid.reshape(fields.shape) + rigid[:, None]
-
-
-def _row_size(problem: CoupledProblem) -> float:
-    """Euclidean length of a row of the tangential block: the weight of TANG's natural map."""
-    table = problem.blocks[1].table
-    return math.sqrt(float(np.sum(table**2)) / len(table))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,9 +122,8 @@ class _Areas:
     `turning`: those that slip, where there are two components; else none.
     """
 
-    problem: CoupledProblem
+    iterate: _Iterate
     fields: np.ndarray
-    rigid: np.ndarray
     contact: np.ndarray
     stick: np.ndarray
     slip: np.ndarray
@@ -134,11 +134,12 @@ class _Areas:
     def of(cls, iterate: _Iterate) -> _Areas:
         problem = iterate.problem
         trial = iterate.trial
-        contact = np.flatnonzero(trial[0] > 0)
+        (contact,) = (trial[0] > 0).nonzero()
         friction = problem.friction.ravel()[contact]
         size = magnitude(trial[1:, contact])
         slips = size > friction * trial[0, contact]
-        slip = np.flatnonzero(slips)
+        (slip,) = slips.nonzero()
+        (stick,) = (~slips).nonzero()
         along = trial[1:, contact[slip]] / size[slip]
         fields = np.zeros_like(iterate.fields)
         fields[:, contact] = iterate.fields[:, contact]
@@ -146,13 +147,23 @@ class _Areas:
         turning = slip
         if len(along) == 1:
             turning = slip[:0]
-        stick = np.flatnonzero(~slips)
-        return cls(problem, fields, iterate.rigid, contact, stick, slip, turning, along)
+        return cls(iterate, fields, contact, stick, slip, turning, along)
+
+    @property
+    def problem(self) -> CoupledProblem:
+        return self.iterate.problem
 
     @lazy_property
     def friction(self) -> np.ndarray:
         """Coefficients where it slips (s,)."""
         return np.asarray(self.problem.friction.ravel()[self.contact[self.slip]])
+
+    @lazy_property
+    def ratio(self) -> np.ndarray:
+        """Tractions that slip, relative to their pressures (c, m); zero where it sticks."""
+        ratio = np.zeros((len(self.along), self.contact.size))
+        ratio[:, self.slip] = self.friction * self.along
+        return ratio
 
     @lazy_property
     def across(self) -> np.ndarray:
@@ -170,20 +181,23 @@ class _Areas:
     def moved(self, step: np.ndarray, part: float) -> _Iterate:
         """A part of a step, turning the tractions that slip on the bound of their pressures."""
         c = len(self.along)
-        ends = np.cumsum([self.contact.size, c * self.stick.size, self.turning.size])
-        pressures, tractions, angles, shifts = np.split(part * step, ends)
+        m = self.contact.size
+        turned = m + c * self.stick.size
+        end = turned + self.turning.size
+        step = part * step
         own = self.fields[:, self.contact]
-        own[0] += pressures
-        own[1:, self.stick] += tractions.reshape(c, -1)
+        own[0] += step[:m]
+        own[1:, self.stick] += step[m:turned].reshape(c, -1)
+        angles = step[turned:end]
         direction = self.along
         if angles.size:
             direction = np.cos(angles) * direction + np.sin(angles) * self.across
         own[1:, self.slip] = self.friction * own[0, self.slip] * direction
         fields = np.zeros_like(self.fields)
         fields[:, self.contact] = own
-        rigid = self.rigid.copy()
-        rigid[_free(self.problem)] += shifts
-        return _Iterate.of(self.problem, fields, rigid)
+        rigid = self.iterate.rigid.copy()
+        rigid[_free(self.problem)] += step[end:]
+        return _Iterate.of(self.problem, self.iterate.weights, fields, rigid)
 
     def step(self) -> np.ndarray | None:
         """Newton's step: changes of the pressures, of the tractions that stick, of the directions
@@ -209,31 +223,39 @@ class _Areas:
         across the tractions that turn.
         """
         c = len(self.along)
-        m = self.contact.size
+        h = self.stick.size
         T = self.turning
-        image = self._displacements()
-        shift = _shift(self.problem, self.fields, self.rigid)[:, self.contact]
+        moving = self.contact[np.concatenate([self.stick, T])]
+        distances = self._displacements((0,), self.contact)[0]
+        shifts = self._displacements(tuple(range(1, 1 + c)), moving)
+        # errors, by the present unknowns
+        own = self.fields[:, self.contact]
+        unknowns = np.concatenate([own[0], own[1:, self.stick].ravel(), np.zeros(T.size)])
+        known = self.problem.known.reshape(self.fields.shape) + self.iterate.rigid[:, None]
+        distance = known[0, self.contact] + distances @ unknowns
+        shift = known[1:, moving] + shifts @ unknowns
         # across the tractions, which turn themselves
-        across = sum(self.across[i][:, None] * image[1 + i, T] for i in range(c))
-        angles = m + c * self.stick.size + np.arange(T.size)
-        across[np.arange(T.size), angles] += magnitude(shift[1:, T])
-        error_across = np.sum(self.across * shift[1:, T], axis=0)
-        matrix = np.concatenate([image[0], *image[1:, self.stick], across])
-        return matrix, np.concatenate([shift[0], shift[1:, self.stick].ravel(), error_across])
+        across = np.sum(self.across[:, :, None] * shifts[:, h:], axis=0)
+        angles = unknowns.size - T.size + np.arange(T.size)
+        across[np.arange(T.size), angles] += magnitude(shift[:, h:])
+        error_across = np.sum(self.across * shift[:, h:], axis=0)
+        matrix = np.concatenate([distances, *shifts[:, :h], across])
+        return matrix, np.concatenate([distance, shift[:, :h].ravel(), error_across])
 
-    def _displacements(self) -> np.ndarray:
-        """Displacements of the elements in contact by each unknown (1 + c, m, unknowns)."""
+    def _displacements(self, directions: tuple[int, ...], elements: np.ndarray) -> np.ndarray:
+        """Displacements along some directions in n elements by each unknown (directions, n,
+        unknowns).
+        """
         c = len(self.along)
-        m = self.contact.size
-        blocks = self.problem.operator.dense(self.contact).reshape(1 + c, m, 1 + c, m)
+        operator = self.problem.operator.between(directions, tuple(range(1 + c)))
+        blocks = operator.dense(elements, self.contact)
+        blocks = blocks.reshape(len(directions), elements.size, 1 + c, self.contact.size)
         # by pressures, with the tractions on their bound
-        by_pressure = blocks[:, :, 0].copy()
-        by_angle = np.zeros((1 + c, m, self.turning.size))
+        by_pressure = blocks[:, :, 0]
+        by_angle = np.zeros((*by_pressure.shape[:2], self.turning.size))
         for i in range(c):
             by_traction = blocks[:, :, 1 + i]
-            by_pressure[:, :, self.slip] += by_traction[:, :, self.slip] * (
-                self.friction * self.along[i]
-            )
+            by_pressure += by_traction * self.ratio[i]
             by_angle += by_traction[:, :, self.turning] * (self.bound * self.across[i])
         by_stick = [blocks[:, :, 1 + i].take(self.stick, axis=2) for i in range(c)]
         return np.concatenate([by_pressure, *by_stick, by_angle], axis=2)
@@ -262,7 +284,7 @@ class _Areas:
             sticking = slice(m + component * h, m + field * h)
             bordered[sticking, k + place] = 1.0
             bordered[k + place, sticking] = 1.0
-            bordered[k + place, self.slip] = self.friction * self.along[component]
+            bordered[k + place, :m] = self.ratio[component]
             bordered[angles, k + place] = self.across[component]
             bordered[k + place, angles] = self.bound * self.across[component]
         return bordered, lacking
@@ -273,10 +295,11 @@ def _free(problem: CoupledProblem) -> list[int]:
     return [i for i, force in enumerate(problem.force) if force is not None]
 
 
-def _line_search(iterate: _Iterate, areas: _Areas) -> _Iterate | None:
+def _line_search(iterate: _Iterate) -> _Iterate | None:
     """The first part of a Newton step that lowers the residual enough, or the best of all; None
     where there is no step.
     """
+    areas = _Areas.of(iterate)
     step = areas.step()
     if step is None:
         return None

@@ -25,7 +25,7 @@ from varcontact.solvers.newton.globalisation import Conditions, Point
 from varcontact.solvers.newton.kernel import kernel, unit
 from varcontact.solvers.newton.normal import NormalConditions
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
-from varcontact.system.process import changed
+from varcontact.system.process import changed, lazy_property
 
 MAX_STEPS = 60
 """Newton steps: problems that take more are left to alternating solves."""
@@ -52,8 +52,13 @@ class CoupledProblem:
 
     def shift(self, traction: np.ndarray) -> np.ndarray:
         """The shifts E (1 + c, ny, nx) without the unknown rigid ones, in double precision."""
+        return self.operator.apply(traction) + self.known
+
+    @lazy_property
+    def known(self) -> np.ndarray:
+        """The shifts (1 + c, ny, nx) without tractions and without the unknown rigid ones."""
         distance = self.distance - (self.approach or 0.0)
-        return self.operator.apply(traction) + np.concatenate([distance[None], self.rigid_shift])
+        return np.concatenate([distance[None], self.rigid_shift])
 
 
 def newton_coupled(
@@ -167,8 +172,7 @@ class ScaledCoupled(Problem[CoupledConditions]):
         units[0] = unit(problem.blocks[0])
         displacement = units * load
         friction_unit = float(load[-1, 0, 0] / load[0, 0, 0])
-        distance = problem.distance[None] - (problem.approach or 0.0)
-        known = np.concatenate([distance, problem.rigid_shift]) / displacement
+        known = problem.known / displacement
         # prescribed forces: of all fields, of the pressures, of the tractions
         weight = 1 / np.sqrt(problem.distance.size)
         free = [i for i, force in enumerate(problem.force) if force is not None]
