@@ -85,6 +85,20 @@ class ContactOnGrid:
         disc, state = solve_contact(scene, solver, operators, initial_guess=initial_guess)
         return cls(scene, disc, state, solver)
 
+    @classmethod
+    def begun(
+        cls,
+        scene: Scene,
+        options: SolveOptions,
+        initial_guess: Solution | InitialGuess,
+        operators: Operators | None = None,
+    ) -> ContactOnGrid:
+        """The contact of an initial guess on the scene's own elements, before anything is solved
+        for.
+        """
+        disc = discretise(scene, scene.own_grid, operators)
+        return cls(scene, disc, _on(initial_guess, disc), options.solver(scene))
+
     def with_friction(
         self, scene: Scene, options: SolveOptions, initial_guess: Solution | InitialGuess | None
     ) -> ContactOnGrid | None:

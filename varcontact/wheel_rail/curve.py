@@ -70,7 +70,7 @@ class Curve:
         """(y, z) and (dy/ds, dz/ds) at parameters (n,), shape (2, n)."""
         cell = self.s[1:-1].searchsorted(s, side="right")
         t = s - self.s[cell]
-        a, b, c, d = self._by_coordinate[:, :, cell]
+        a, b, c, d = self._by_coordinate.take(cell, axis=2)
         points = ((a * t + b) * t + c) * t + d
         directions = (3 * a * t + 2 * b) * t + c
         return points, directions
@@ -184,7 +184,7 @@ class Curve:
         cell = ends[1:-1].searchsorted(wanted, side="right")
         low = self.s[cell]
         width = self.s[cell + 1] - low
-        a, b, c, d = self.coefficients[:, cell] @ direction
+        a, b, c, d = self.coefficients.take(cell, axis=1) @ direction
         t = width * (wanted - ends[cell]) / (ends[cell + 1] - ends[cell])
         for _ in range(STEPS):
             step = (((a * t + b) * t + c) * t + d - wanted) / ((3 * a * t + 2 * b) * t + c)
@@ -207,8 +207,10 @@ def shifted(cubics: np.ndarray, by: np.ndarray) -> np.ndarray:
 def growing(grows: np.ndarray, near: int) -> slice:
     """The run around the point `near` in which every step, of which `grows` tells, grows."""
     falls = np.flatnonzero(~grows)
-    first = int(max(falls[falls < near] + 1, default=0))
-    return slice(first, int(min(falls[falls >= near], default=grows.size)) + 1)
+    before = int(falls.searchsorted(near))
+    first = 0 if before == 0 else int(falls[before - 1]) + 1
+    last = grows.size if before == falls.size else int(falls[before])
+    return slice(first, last + 1)
 
 
 def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:

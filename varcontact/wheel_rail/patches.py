@@ -200,7 +200,7 @@ def wheel_heights(
     along, across, height = (points @ frame.axes).T
     forward = frame.axes.T @ axle[:, 0]
     across = across - along * forward[1] / forward[0]  # of circles at x = 0
-    run = growing(np.diff(across) > 0, int(np.hypot(points[:, 1], points[:, 2]).argmin()))
+    run = growing(across[1:] > across[:-1], int(np.hypot(points[:, 1], points[:, 2]).argmin()))
 
     # the locus at the rows of the grid
     grid_x, grid_y = lines
@@ -263,8 +263,8 @@ class ReferenceSurface:
     its arc length.
 
     The distance, shape (ny, nx), is 0 at its least [mm]. The inclination is that of each row of
-    elements relative to the frame's y [rad], `lateral` its place along that (NaN beyond a profile's
-    end), and `on_wheel` are the points (ny, 3) of the wheel opposite, in track coordinates.
+    elements relative to the frame's y [rad], `lateral` and `height` its place along y and z of the
+    frame (NaN beyond a profile's end), and `away` how far the wheel is along its normal.
     """
 
     grid: Grid
@@ -272,7 +272,15 @@ class ReferenceSurface:
     approach: float
     inclination: np.ndarray
     lateral: np.ndarray
-    on_wheel: np.ndarray
+    height: np.ndarray
+    away: np.ndarray
+
+    def on_wheel(self, frame: Frame) -> np.ndarray:
+        """The points (ny, 3) of the wheel opposite the rows, in track coordinates."""
+        across = self.lateral - np.sin(self.inclination) * self.away
+        below = self.height + np.cos(self.inclination) * self.away
+        opposite = np.stack([np.zeros(across.size), across, below], axis=1)
+        return frame.globally(np.nan_to_num(opposite))
 
     def rigid_slip(
         self, frame: Frame, rail: RigidBody, wheel: RigidBody, speed: float
@@ -281,7 +289,7 @@ class ReferenceSurface:
         (2, ny, nx).
         """
         along = self.grid.x[:, None] * frame.axes[:, 0]
-        places = self.on_wheel[:, None] + along
+        places = self.on_wheel(frame)[:, None] + along
         velocity = rail.velocity_at(places) - wheel.velocity_at(places)
         velocity = velocity @ frame.axes / speed
         cosine = np.cos(self.inclination)[:, None]
@@ -333,17 +341,11 @@ def reference_surface(
             f"y = {origin[0]:.4g} mm; give smaller ones, or smooth a rough profile"
         )
         raise SceneError("dx, dy", grid.sides, message=reason)
-    gap = np.where(reached, gap, NOWHERE * abs(gap[reached]).max())
-
-    # the wheel opposite, along normals
+    if not reached.all():
+        gap = np.where(reached, gap, NOWHERE * abs(gap[reached]).max())
     away = (heights[:, int(np.abs(grid.x).argmin())] - height) * cosine
-    opposite = np.stack(
-        [0.0 * height, lateral - np.sin(inclination) * away, height + cosine * away], axis=1
-    )
-    on_wheel = frame.globally(np.nan_to_num(opposite))
-    return ReferenceSurface(
-        grid, gap - gap.min(), -float(gap.min()), inclination, lateral, on_wheel
-    )
+    least = float(gap.min())
+    return ReferenceSurface(grid, gap - least, -least, inclination, lateral, height, away)
 
 
 def _circles_near(overlaps: list[Overlap], grid: Grid) -> Locus:

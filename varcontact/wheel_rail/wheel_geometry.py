@@ -92,11 +92,17 @@ class ContactPatch:
     frame: Frame
     on_rail: np.ndarray
     on_wheel: np.ndarray
-    rolling_radius: float
     creepage: Creepages
     approach: float
     scene: Scene
-    interactions: Interactions = ()
+    interactions: Interactions
+    _wheel: tuple[Curve, float]  # section of the wheel, and the origin's y there
+
+    @lazy_property
+    def rolling_radius(self) -> float:
+        """Rolling radius of the undeformed wheel at the origin [mm]."""
+        curve, y = self._wheel
+        return float(curve.points(curve.at(np.array([y])))[0, 1])
 
     @property
     def in_plane(self) -> bool:
@@ -308,8 +314,6 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         on_rail = self.track.on_rail(frame.origin[1:], self.side)
         on_wheel = self.on_wheel(frame.origin, body)
         sections = self.sections(frame.origin, on_wheel)
-        section, axle_y = sections["wheel"]
-        rolling_radius = float(section.points(section.at(np.array([axle_y])))[0, 1])
         # the scene
         grid = surface.grid
         friction = self._friction(
@@ -336,11 +340,11 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             frame=frame,
             on_rail=on_rail,
             on_wheel=on_wheel,
-            rolling_radius=rolling_radius,
             creepage=creepage,
             approach=surface.approach,
             scene=scene,
             interactions=interactions,
+            _wheel=sections["wheel"],
         )
 
     @lazy_property
@@ -428,7 +432,8 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
 
     def with_sides(self, dx: float, dy: float) -> Self:
         """The same wheel at the same place on elements with other sides."""
-        same = {name: getattr(self, name) for name in ("rail", "wheel", "locus")}
+        names = ("rail", "wheel", "locus", "_bodies", "_scene")
+        same = {name: getattr(self, name) for name in names}
         return changed(self, dx=dx, dy=dy, **same)
 
     def with_surface_of(self, before: WheelGeometry) -> Self:

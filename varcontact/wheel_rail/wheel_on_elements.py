@@ -39,7 +39,7 @@ the next one.
 """
 ACROSS_FIRST = 8
 """Elements across the overlap of all patches, with which the first height is found."""
-COARSER = 4.0
+COARSER = 16.0
 """Ratio of the areas of elements from which coarse ones are worth their own geometry."""
 
 
@@ -117,6 +117,9 @@ class WheelOnElements:
             self._expect_goal()
             self._move_to(self._search.propose())
             if self._case.z is None:
+                if self._tells and not self._pressures:
+                    self._load()
+                    continue
                 self._press()
                 if not self._search.near:
                     continue
@@ -188,8 +191,10 @@ class WheelOnElements:
         """A height at which normal forces are near the load."""
         while not (self._search.near or self._search.expects):
             self._move_to(self._search.propose())
-            self._press()
-            self._expect_goal()
+            if self._tells:
+                self._load()
+            else:
+                self._press()
         return self._search.propose()
 
     def _move_to(self, z: float) -> None:
@@ -198,6 +203,38 @@ class WheelOnElements:
         if self._second_order:
             patches = tuple(replace(each, scene=each.scene.second_order()) for each in patches)
         self._patches = patches
+
+    @property
+    def _tells(self) -> bool:
+        """True if the patch tells the height at which it bears a load: one alone, not too steep."""
+        if not self._case.patches_tell or len(self._patches) != 1:
+            return False
+        (patch,) = self._patches
+        return not patch.interactions and float(patch.frame.axes[2, 2]) >= LEAST_COSINE
+
+    def _load(self) -> None:
+        """At the very first height the patch under the load alone: about what it bears there tells
+        the height that bears the load.
+        """
+        (patch,) = self._patches
+        bare = patch.scene.without_friction
+        options = self._options_of(0, bare, pressing=True)
+        begun = ContactOnGrid.begun(bare, options, _hertzian(patch, self._case))
+        loaded = self._under_goal(begun)
+        self._operators = [loaded.disc.operators]
+        self._search.learn_normal(self._search.goal * (patch.approach / loaded.approach) ** 1.5)
+        self._expect(loaded)
+
+    def _under_goal(self, contact: ContactOnGrid) -> ContactOnGrid:
+        """The contact of the patch with the pressures that bear the goal of the search."""
+        return contact.under(self._search.goal / float(self._patches[0].frame.axes[2, 2]))
+
+    def _expect(self, loaded: ContactOnGrid) -> None:
+        """The height at which the patch has the approach that it has under the goal."""
+        (patch,) = self._patches
+        deeper = (loaded.approach - patch.approach) / float(patch.frame.axes[2, 2])
+        self._search.expect(self._search.z + deeper)
+        self._pressures = [loaded.initial_guess]
 
     def _press(self) -> None:
         """The contacts without friction, and what they bear."""
@@ -211,18 +248,8 @@ class WheelOnElements:
 
     def _expect_goal(self) -> None:
         """The height at which the last patch, with its elements, bears the goal of the search."""
-        if not self._case.patches_tell:
-            return
-        if len(self._frictionless) != 1 or self._patches[0].interactions:
-            return
-        (contact,) = self._frictionless
-        (patch,) = self._patches
-        cosine = float(patch.frame.axes[2, 2])
-        if cosine < LEAST_COSINE:
-            return
-        loaded = contact.under(self._search.goal / cosine)
-        self._search.expect(self._search.z + (loaded.approach - patch.approach) / cosine)
-        self._pressures = [loaded.initial_guess]
+        if self._frictionless and self._tells and not self._search.expects:
+            self._expect(self._under_goal(self._frictionless[0]))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
