@@ -94,8 +94,8 @@ def test_methods_follow_the_number_of_elements():
     on_elements = WheelOnElements(case, TOL, {})
     for depth, normal in ((0.01, "norm"), (0.012, "norm"), (0.2, "newton"), (0.005, "norm")):
         (patch,) = patches_at(case, case.touching + depth)
-        scene = patch.scene.without_friction
-        plan = on_elements._options_of(0, scene, pressing=True).plan
+        scene = patch.scene
+        plan = on_elements._options_of(0, scene).plan
         assert plan.normal == select(scene, Methods()).normal == normal
         assert plan.grid.form.shape == scene.own_grid.shape
 

@@ -78,16 +78,15 @@ class WheelOnElements:
         self._second_order = second_order
         self.by_theory = methods.get("tangential") in THEORIES
         self._search = BearingHeight(case, tol)
-        self._before: list[Solution | InitialGuess] = []
+        self._before: list[Solution] = []
         self._pressures: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
-        # by patch, and whether of the pressure alone
-        self._options: dict[tuple[int, bool], SolveOptions] = {}
+        self._options: dict[int, SolveOptions] = {}
         if start is not None:
             self._begin_at(start)
         # of the last height
         self._patches: tuple[ContactPatch, ...] = ()
-        self._frictionless: list[ContactOnGrid] = []
+        self._pressed: list[ContactOnGrid] = []
         self._proposed: list[ContactOnGrid] = []
         self._contacts: list[ContactOnGrid] = []
         self._solutions: list[Solution] = []
@@ -123,8 +122,8 @@ class WheelOnElements:
                 self._press()
                 if not self._search.near:
                     continue
-            self._solutions = self._solved_alone()
-            if self._solutions:
+            if self.patches_alone:
+                self._solutions = self._solved_alone()
                 self._learn_forces([_force(each) for each in self._solutions])
                 continue
             self._proposed = self._with_pressures()
@@ -217,9 +216,7 @@ class WheelOnElements:
         the height that bears the load.
         """
         (patch,) = self._patches
-        bare = patch.scene.without_friction
-        options = self._options_of(0, bare, pressing=True)
-        begun = ContactOnGrid.begun(bare, options, _hertzian(patch, self._case))
+        (begun,) = self._begun([_hertzian(patch, self._case)])
         loaded = self._under_goal(begun)
         self._operators = [loaded.disc.operators]
         self._search.learn_normal(self._search.goal * (patch.approach / loaded.approach) ** 1.5)
@@ -237,79 +234,86 @@ class WheelOnElements:
         self._pressures = [loaded.initial_guess]
 
     def _press(self) -> None:
-        """The contacts without friction, and what they bear."""
-        bare = [each.scene.without_friction for each in self._patches]
-        starts = self._pressures or [_hertzian(each, self._case) for each in self._patches]
-        self._frictionless = self._contacts_of(bare, starts, pressing=True)
-        self._pressures = [each.initial_guess for each in self._frictionless]
-        self._operators = [each.disc.operators for each in self._frictionless]
-        forces = [each.force for each in self._frictionless]
+        """The contacts with their pressures, and what these bear."""
+        starts = self._pressures
+        if len(starts) != len(self._patches):
+            starts = [_hertzian(each, self._case) for each in self._patches]
+        self._pressed = [each.pressed() for each in self._begun(starts)]
+        self._pressures = [each.initial_guess for each in self._pressed]
+        self._operators = [each.disc.operators for each in self._pressed]
+        forces = [each.force for each in self._pressed]
         self._search.learn_normal(vertical(self._frames, forces, False))
+
+    def _begun(self, starts: Sequence[Solution | InitialGuess]) -> list[ContactOnGrid]:
+        """The contacts before their pressures are solved for."""
+        scenes = self._scenes
+        if self.patches_alone:
+            scenes = [each.without_friction for each in scenes]
+        contacts = []
+        operators_of_each = _each_of(self._operators, scenes)
+        for k, scene in enumerate(scenes):
+            options = self._options_of(k, scene)
+            contacts.append(ContactOnGrid.begun(scene, options, starts[k], operators_of_each[k]))
+        return contacts
 
     def _expect_goal(self) -> None:
         """The height at which the last patch, with its elements, bears the goal of the search."""
-        if self._frictionless and self._tells and not self._search.expects:
-            self._expect(self._under_goal(self._frictionless[0]))
+        if self._pressed and self._tells and not self._search.expects:
+            self._expect(self._under_goal(self._pressed[0]))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
         change a pressure.
         """
-        if not self._frictionless:
+        if not self._pressed or not all(each.keeps_pressure for each in self._pressed):
             return []
-        starts = _each_of(self._traction_starts, self._scenes)
         contacts = []
-        for k, (scene, start) in enumerate(zip(self._scenes, starts, strict=True)):
-            options = self._options_of(k, scene)
-            contact = self._frictionless[k].with_friction(scene, options, start)
-            if contact is None:
-                return []
+        starts = _each_of(self._traction_starts, self._scenes)
+        for contact, start in zip(self._pressed, starts, strict=True):
+            if start is not None:
+                contact = contact.starting_from(start)
             contacts.append(contact)
         return contacts
 
+    @property
+    def patches_alone(self) -> bool:
+        """True if patches are solved as scenes by themselves, and not proposed: by a theory."""
+        return self.by_theory
+
     def _solved_alone(self) -> list[Solution]:
-        """Solutions of patches that are not proposed: those of theories."""
-        if not self.by_theory:
-            return []
         return [_by_theory(scene, self._methods) for scene in self._scenes]
 
     def _solved(self) -> list[ContactOnGrid]:
-        return self._contacts_of(self._scenes, self._traction_starts)
-
-    def _contacts_of(
-        self,
-        scenes: list[Scene],
-        starts: Sequence[Solution | InitialGuess],
-        pressing: bool = False,
-    ) -> list[ContactOnGrid]:
         """The contacts of patches, from others with their influence numbers, if there are as
         many.
         """
-        starts_of_each = _each_of(starts, scenes)
-        operators_of_each = _each_of(self._operators, scenes)
+        scenes = self._scenes
+        starts = _each_of(self._traction_starts or self._pressures, scenes)
+        operators = _each_of(self._operators, scenes)
         contacts = []
         for k, scene in enumerate(scenes):
-            options = self._options_of(k, scene, pressing)
-            contact = ContactOnGrid.of(scene, options, starts_of_each[k], operators_of_each[k])
-            contacts.append(contact)
+            options = self._options_of(k, scene)
+            contacts.append(ContactOnGrid.of(scene, options, starts[k], operators[k]))
         return contacts
 
-    def _options_of(self, k: int, scene: Scene, pressing: bool = False) -> SolveOptions:
+    def _options_of(self, k: int, scene: Scene) -> SolveOptions:
         """The options of patch k, checked at the first height, and where it has many more elements
         or fewer.
         """
-        kept = self._options.get((k, pressing))
+        kept = self._options.get(k)
         if kept is None or not kept.suit(scene):
-            methods = for_pressure(self._methods) if pressing else self._methods
+            methods = self._methods
+            if self.patches_alone:
+                methods = for_pressure(methods)
             kept = replace(SolveOptions.checked(scene, **methods), deadline=self._deadline)
-            self._options[k, pressing] = kept
+            self._options[k] = kept
         return kept.like(scene)
 
     @property
-    def _traction_starts(self) -> list[Solution | InitialGuess]:
-        if not self._contacts and self._before:
-            return self._before
-        return [each.initial_guess for each in self._contacts or self._frictionless]
+    def _traction_starts(self) -> Sequence[Solution | InitialGuess]:
+        if self._contacts:
+            return [each.initial_guess for each in self._contacts]
+        return self._before
 
     @property
     def _scenes(self) -> list[Scene]:
