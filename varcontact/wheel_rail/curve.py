@@ -131,8 +131,8 @@ class Curve:
         """The part around a place `y` of a curve along which y grows, along which ``direction . (y,
         z)`` keeps growing, too.
         """
-        place = np.searchsorted(self._breakpoints[:, 0], y)
-        breakpoint_near = int(np.clip(place, 1, self.s.size - 1))
+        place = int(self._breakpoints[:, 0].searchsorted(y))
+        breakpoint_near = min(max(place, 1), self.s.size - 1)
         return self._part(growing(self._grows(direction), breakpoint_near))
 
     def highest(self) -> Curve:
@@ -162,7 +162,8 @@ class Curve:
         """True where ``direction . (y, z)`` grows from a breakpoint to the next, without a turning
         point between them.
         """
-        larger = np.diff(self._breakpoints @ direction) > 0
+        along = self._breakpoints @ direction
+        larger = along[1:] > along[:-1]
         return larger & (self._middle_directions @ direction > 0)
 
     def _width(self, run: slice) -> float:
@@ -206,7 +207,7 @@ def shifted(cubics: np.ndarray, by: np.ndarray) -> np.ndarray:
 
 def growing(grows: np.ndarray, near: int) -> slice:
     """The run around the point `near` in which every step, of which `grows` tells, grows."""
-    falls = np.flatnonzero(~grows)
+    falls = (~grows).nonzero()[0]
     before = int(falls.searchsorted(near))
     first = 0 if before == 0 else int(falls[before - 1]) + 1
     last = grows.size if before == falls.size else int(falls[before])

@@ -112,6 +112,8 @@ def tangents_of(
     one.
     """
     tangents = [tangent_of(group, rail) for group in groups]
+    if len(groups) == 1:
+        return tangents
     angles = np.array([each.angle for each in tangents])
     loads = np.array([sum(float(each.weights.sum()) for each in group) for group in groups])
     turned = angles.copy()
