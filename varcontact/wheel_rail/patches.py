@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from varcontact.errors import NotConverged, SceneError
-from varcontact.kinematics import Frame, RigidBody, rotation
+from varcontact.kinematics import Frame, RigidBody
+from varcontact.kinematics.rigid import turned
 from varcontact.scene.grid import Grid
 from varcontact.system.process import changed
 from varcontact.wheel_rail.curve import STEP, Curve, growing, spline
@@ -98,7 +99,7 @@ def tangent_of(overlaps: list[Overlap], rail: Curve | RailSurface) -> Tangent:
         if not np.isfinite(z):  # the nearest point of the overlaps where the rail has a gap
             touched = np.concatenate([each.surface for each in overlaps])
             surface = touched[np.abs(touched[:, 0] - y).argmin()]
-    axes = rotation(roll=angle, pitch=slope)
+    axes = turned(angle, 0.0, slope)
     return Tangent(changed(AT_ORIGIN, origin=np.array([x, *surface]), axes=axes), angle, slope)
 
 
@@ -116,17 +117,17 @@ def tangents_of(
         return tangents
     angles = np.array([each.angle for each in tangents])
     loads = np.array([sum(float(each.weights.sum()) for each in group) for group in groups])
-    turned = angles.copy()
+    new_angles = angles.copy()
     for i, (left, right) in enumerate(pairwise(groups)):
         apart = _apart(left[-1], right[0])
         if apart < turn:
             two = slice(i, i + 2)
             together = float(angles[two] @ loads[two] / loads[two].sum())
-            turned[two] += (turn - apart) / (turn - separate) * (together - angles[two])
-    for i in np.flatnonzero(turned != angles).tolist():
-        angle = float(turned[i])
+            new_angles[two] += (turn - apart) / (turn - separate) * (together - angles[two])
+    for i in np.flatnonzero(new_angles != angles).tolist():
+        angle = float(new_angles[i])
         slope = tangents[i].slope
-        frame = changed(tangents[i].frame, axes=rotation(roll=angle, pitch=slope))
+        frame = changed(tangents[i].frame, axes=turned(angle, 0.0, slope))
         tangents[i] = Tangent(frame, angle, slope)
     return tangents
 

@@ -34,6 +34,9 @@ SIDE_BY_SIDE = 32
 LARGEST_CHANGE = 0.1
 """Change of the depth between positions, relative, from which the next one is not expected to
 follow it."""
+SMALL_CHANGE = 3e-4
+"""Change of the depth, relative, up to which the next position is near: so little of the load is
+missing (`MISSING`) that its tractions are solved for at once."""
 TARGETS = ("accuracy", "time_budget")
 
 
@@ -209,10 +212,11 @@ class _Series:
         """A solution, and from there the start of the next wheel: as much deeper again."""
         depth = solution.z - solution.case.touching
         deeper = depth - self._depth
+        near = abs(deeper) <= SMALL_CHANGE * depth
         if abs(deeper) >= LARGEST_CHANGE * depth:
             deeper = 0.0
         self._depth = depth
-        self._start = Start(solution, deeper, operators)
+        self._start = Start(solution, deeper, operators, near)
         self._answers[self._number] = solution
         self._end()
 

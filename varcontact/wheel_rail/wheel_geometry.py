@@ -9,7 +9,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
+from varcontact.kinematics import Creepages, Frame, RigidBody
+from varcontact.kinematics.rigid import creepages_of
 from varcontact.scene.bodies import Bodies, BodyPair, Viscoelastic, as_bodies
 from varcontact.scene.friction import Coefficient, coefficient
 from varcontact.scene.grid import Grid
@@ -39,6 +40,7 @@ from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
 STEEL = Bodies(G=82000.0, nu=0.28)
 STIFFEST = 1e6
 """Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
+FLAT = SampledDistance(np.zeros((1, 1)))
 MIDDLE = Position()
 ROLLING = Velocity()
 VARIES = (
@@ -321,8 +323,10 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         )
         if sides is None:
             sampled = SampledDistance(surface.distance, grid.x, grid.y, inclination=inclination)
-        else:
+        elif self.curved:
             sampled = SampledDistance(surface.distance, inclination=inclination)
+        else:
+            sampled = changed(FLAT, h=surface.distance)
         entries: dict[str, Any] = {
             "surface": sampled,
             "approach": surface.approach,
@@ -547,7 +551,8 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         # contacts move with the wheel set, but do not turn about its axle
         moving = self.body(z, pitching=False).velocity_at(particle)
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
-        return creepages(self._rail_body, body, frame, frame_velocity=moving, at2=particle)
+        bodies = (self._rail_body, body)
+        return creepages_of(bodies, (frame.origin, particle), frame, moving)
 
 
 def _at_arc_lengths(interactions: Interactions, surface: ReferenceSurface) -> Interactions:

@@ -46,12 +46,13 @@ COARSER = 16.0
 @dataclass(frozen=True, eq=False)
 class Start:
     """Begin of the search for a height: at that of a solution, so much deeper, with its
-    operators if known.
+    operators if known; `near` unless heights change much from one to the next.
     """
 
     solution: WheelRailSolution
     deeper: float = 0.0
     operators: Sequence[Operators] = ()
+    near: bool = True
 
 
 class WheelOnElements:
@@ -81,6 +82,7 @@ class WheelOnElements:
         self._before: list[Solution] = []
         self._pressures: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
+        self._near = False
         self._options: dict[int, SolveOptions] = {}
         if start is not None:
             self._begin_at(start)
@@ -96,6 +98,7 @@ class WheelOnElements:
         self._before = [each.solution for each in last.patches]
         self._pressures = list(self._before)
         self._operators = start.operators
+        self._near = start.near
         z = self._case.touching + (last.z - last.case.touching + start.deeper)
         self._search = BearingHeight(self._case, self._tol, z, vertical_forces(last))
 
@@ -116,7 +119,7 @@ class WheelOnElements:
             self._expect_goal()
             self._move_to(self._search.propose())
             if self._case.z is None:
-                if self._tells and not self._pressures:
+                if self._search.rounds == 1 and self._tells and not self._near:
                     self._load()
                     continue
                 self._press()
@@ -183,6 +186,7 @@ class WheelOnElements:
         with suppress(NotConverged, SceneError):
             z = wheel._height_by_pressures()
             self._pressures = wheel._pressures
+            self._near = True
             return z
         return self._search.z
 
@@ -212,11 +216,11 @@ class WheelOnElements:
         return not patch.interactions and float(patch.frame.axes[2, 2]) >= LEAST_COSINE
 
     def _load(self) -> None:
-        """At the very first height the patch under the load alone: about what it bears there tells
-        the height that bears the load.
+        """The patch of a first height under the load alone, which tells the height that bears it,
+        and about what it bears where it is.
         """
         (patch,) = self._patches
-        (begun,) = self._begun([_hertzian(patch, self._case)])
+        (begun,) = self._begun()
         loaded = self._under_goal(begun)
         self._operators = [loaded.disc.operators]
         self._search.learn_normal(self._search.goal * (patch.approach / loaded.approach) ** 1.5)
@@ -235,17 +239,17 @@ class WheelOnElements:
 
     def _press(self) -> None:
         """The contacts with their pressures, and what these bear."""
-        starts = self._pressures
-        if len(starts) != len(self._patches):
-            starts = [_hertzian(each, self._case) for each in self._patches]
-        self._pressed = [each.pressed() for each in self._begun(starts)]
+        self._pressed = [each.pressed() for each in self._begun()]
         self._pressures = [each.initial_guess for each in self._pressed]
         self._operators = [each.disc.operators for each in self._pressed]
         forces = [each.force for each in self._pressed]
         self._search.learn_normal(vertical(self._frames, forces, False))
 
-    def _begun(self, starts: Sequence[Solution | InitialGuess]) -> list[ContactOnGrid]:
-        """The contacts before their pressures are solved for."""
+    def _begun(self) -> list[ContactOnGrid]:
+        """The contacts with the pressures that their solution begins with."""
+        starts = self._pressures
+        if len(starts) != len(self._patches):
+            starts = [_hertzian(each, self._case) for each in self._patches]
         scenes = self._scenes
         if self.patches_alone:
             scenes = [each.without_friction for each in scenes]
