@@ -80,18 +80,18 @@ def solve_wheels_on_rails(
     going = [_Series(part, tol, methods, on_first) for part in _parts(cases)]
     while going:
         # pressures at the next height of each
-        proposed: list[list[ContactOnGrid]] = []
+        with without_plausibility_warnings():
+            proposed = [each.propose() for each in going]
         for each in going:
-            with without_plausibility_warnings():
-                proposed.append(each.propose())
             yield from each.new_answers()
         # tractions of all
         contacts = [contact for own in proposed for contact in own]
         settled = with_tractions_batched(contacts) if together else contacts
         # forces, which tell the heights after
-        for each, own in zip(going, proposed, strict=True):
-            with without_plausibility_warnings():
+        with without_plausibility_warnings():
+            for each, own in zip(going, proposed, strict=True):
                 each.learn([settled.pop(0) for _ in own])
+        for each in going:
             yield from each.new_answers()
         going = [each for each in going if not each.done]
 
