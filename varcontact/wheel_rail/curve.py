@@ -207,11 +207,11 @@ def shifted(cubics: np.ndarray, by: np.ndarray) -> np.ndarray:
 
 def growing(grows: np.ndarray, near: int) -> slice:
     """The run around the point `near` in which every step, of which `grows` tells, grows."""
-    falls = (~grows).nonzero()[0]
-    before = int(falls.searchsorted(near))
-    first = 0 if before == 0 else int(falls[before - 1]) + 1
-    last = grows.size if before == falls.size else int(falls[before])
-    return slice(first, last + 1)
+    falls = np.ones(grows.size + 2, dtype=bool)  # also before the first step and after the last
+    falls[1:-1] = ~grows
+    ends = falls.nonzero()[0]
+    behind = int(ends.searchsorted(near + 1))
+    return slice(int(ends[behind - 1]), int(ends[behind]))
 
 
 def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:

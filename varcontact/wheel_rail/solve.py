@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
@@ -38,6 +39,8 @@ SMALL_CHANGE = 3e-4
 """Change of the depth, relative, up to which the next position is near: so little of the load is
 missing (`MISSING`) that its tractions are solved for at once."""
 TARGETS = ("accuracy", "time_budget")
+Answer = tuple[int, WheelRailSolution | VarcontactError]
+"""The number of a wheel, and its solution or what refuses it."""
 
 
 def solve_wheel_on_rail(
@@ -67,7 +70,7 @@ def solve_wheels_on_rails(
     certify: CertifyName | None = None,
     on_first: Callable[[WheelRailSolution], None] = lambda first: None,
     **methods: Any,
-) -> Iterator[tuple[int, WheelRailSolution | VarcontactError]]:
+) -> Iterator[Answer]:
     """The numbers of cases, and their solutions or what refuses them, as they are found, without
     `warn`.
 
@@ -82,8 +85,7 @@ def solve_wheels_on_rails(
         # pressures at the next height of each
         with without_plausibility_warnings():
             proposed = [each.propose() for each in going]
-        for each in going:
-            yield from each.new_answers()
+        yield from _new_answers(going)
         # tractions of all
         contacts = [contact for own in proposed for contact in own]
         settled = with_tractions_batched(contacts) if together else contacts
@@ -91,9 +93,13 @@ def solve_wheels_on_rails(
         with without_plausibility_warnings():
             for each, own in zip(going, proposed, strict=True):
                 each.learn([settled.pop(0) for _ in own])
-        for each in going:
-            yield from each.new_answers()
+        yield from _new_answers(going)
         going = [each for each in going if not each.done]
+
+
+def _new_answers(going: Sequence[_Series]) -> Iterator[Answer]:
+    """The answers of all since they were asked last."""
+    return chain.from_iterable(each.new_answers() for each in going)
 
 
 def _parts(cases: Sequence[WheelGeometry]) -> list[dict[int, WheelGeometry]]:
@@ -144,7 +150,7 @@ class _Series:
     def done(self) -> bool:
         return self._wheel is None and not self._left
 
-    def new_answers(self) -> list[tuple[int, WheelRailSolution | VarcontactError]]:
+    def new_answers(self) -> list[Answer]:
         """Numbers and solutions, or refusals, since this was asked last."""
         found = list(self._answers.items())
         self._answers.clear()

@@ -118,13 +118,8 @@ class WheelOnElements:
         while not self.done:
             self._expect_goal()
             self._move_to(self._search.propose())
-            if self._case.z is None:
-                if self._search.rounds == 1 and self._tells and not self._near:
-                    self._load()
-                    continue
-                self._press()
-                if not self._search.near:
-                    continue
+            if not self._nearly_bears():
+                continue
             if self.patches_alone:
                 self._solutions = self._solved_alone()
                 self._learn_forces([_force(each) for each in self._solutions])
@@ -199,6 +194,16 @@ class WheelOnElements:
             else:
                 self._press()
         return self._search.propose()
+
+    def _nearly_bears(self) -> bool:
+        """True if the height is given, or its pressures bear nearly the load."""
+        if self._case.z is not None:
+            return True
+        if self._search.rounds == 1 and self._tells and not self._near:
+            self._load()
+            return False
+        self._press()
+        return self._search.near
 
     def _move_to(self, z: float) -> None:
         patches = patches_at(self._case, z)
