@@ -88,6 +88,23 @@ def test_patches_tell_the_next_height(part):
     assert search._change == pytest.approx(part, rel=1e-6)
 
 
+@pytest.mark.parametrize("off", [-1e-3, 1e-3])
+def test_an_estimate_bounds_no_heights(off):
+    """The load is borne on the other side of the first height than an estimate tells."""
+    case = wheel(with_friction=False)
+    depth = (LOAD / 1e7) ** (2 / 3)
+    search = BearingHeight(case, TOL, case.touching + depth * (1 + off / 10))
+    search.propose()
+    search.estimate_normal(LOAD * (1 - off))
+    search.expect(case.touching + depth * (1 + 2 * off))
+    while not search.done:
+        force = pressed(case, 1e7, 1.5, search.propose())
+        search.learn_normal(force)
+        search.learn(force)
+    assert search.z - case.touching == pytest.approx(depth, rel=1e-6)
+    assert search.rounds <= 5
+
+
 def test_methods_follow_the_number_of_elements():
     """As those of the first height are kept, but not for many more elements."""
     case = wheel(3.0, dx=0.4, dy=0.4)

@@ -228,7 +228,8 @@ class WheelOnElements:
         (begun,) = self._begun()
         loaded = self._under_goal(begun)
         self._operators = [loaded.disc.operators]
-        self._search.learn_normal(self._search.goal * (patch.approach / loaded.approach) ** 1.5)
+        about = self._search.goal * (patch.approach / loaded.approach) ** 1.5
+        self._search.estimate_normal(about)
         self._expect(loaded)
 
     def _under_goal(self, contact: ContactOnGrid) -> ContactOnGrid:
