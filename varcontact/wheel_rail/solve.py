@@ -83,16 +83,20 @@ def solve_wheels_on_rails(
     going = [_Series(part, tol, methods, on_first) for part in _parts(cases)]
     while going:
         # pressures at the next height of each
+        contacts: list[ContactOnGrid] = []
+        counts: list[int] = []
         with without_plausibility_warnings():
-            proposed = [each.propose() for each in going]
+            for each in going:
+                own = each.propose()
+                contacts += own
+                counts.append(len(own))
         yield from _new_answers(going)
         # tractions of all
-        contacts = [contact for own in proposed for contact in own]
         settled = with_tractions_batched(contacts) if together else contacts
         # forces, which tell the heights after
         with without_plausibility_warnings():
-            for each, own in zip(going, proposed, strict=True):
-                each.learn([settled.pop(0) for _ in own])
+            for each, count in zip(going, counts, strict=True):
+                each.learn([settled.pop(0) for _ in range(count)])
         yield from _new_answers(going)
         going = [each for each in going if not each.done]
 
