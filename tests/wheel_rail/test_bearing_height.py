@@ -8,6 +8,7 @@ import pytest
 from tests.wheel_rail.conditions import TRACK, WHEELSET
 from varcontact.errors import NotConverged, SceneError
 from varcontact.solving.methods import Methods
+from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.selection import select
 from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.wheel_rail import Position, WheelOnRail
@@ -122,6 +123,27 @@ def test_fine_elements_begin_where_coarse_ones_bear_the_load():
     assert found.rounds <= 3
     again = wheel(3.0, dx=0.25, dy=0.25, vertical_force=None, z=found.z).solve()
     assert again.force == pytest.approx(found.force, rel=1e-8)
+
+
+def test_a_first_height_needs_the_load_alone(monkeypatch):
+    """Its pressures are solved for once, those of the heights after it under the load, too."""
+    calls = []
+
+    def counted(name):
+        method = getattr(ContactOnGrid, name)
+
+        def call(contact, *rest):
+            calls.append(name)
+            return method(contact, *rest)
+
+        monkeypatch.setattr(ContactOnGrid, name, call)
+
+    for name in ("under", "pressed", "with_tractions"):
+        counted(name)
+    found = wheel(3.0, dx=1.0, dy=1.0).solve()
+    assert calls[0] == "under"
+    assert calls[-2:] == ["pressed", "with_tractions"]
+    assert calls.count("under") == calls.count("pressed") == found.rounds - 1
 
 
 def test_tractions_wait_until_normal_forces_are_near_the_load():
