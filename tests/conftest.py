@@ -87,9 +87,14 @@ def clock(monkeypatch):
             clock.now += 0.01 + 5e-5 * scene.grid.size
             return super().of(scene, *rest)
 
-        def with_friction(self, scene, *rest):
+        @classmethod
+        def begun(cls, scene, *rest):
             clock.now += 0.01 + 5e-5 * scene.grid.size
-            return super().with_friction(scene, *rest)
+            return super().begun(scene, *rest)
+
+        def with_tractions(self):
+            clock.now += 0.01 + 5e-5 * self.scene.grid.size
+            return super().with_tractions()
 
     monkeypatch.setattr(adaptive, "_solved", timed)
     monkeypatch.setattr(wheel_on_elements, "ContactOnGrid", TimedContact)

@@ -8,6 +8,7 @@ import pytest
 from tests.wheel_rail.conditions import TRACK, WHEELSET
 from varcontact.errors import NotConverged, SceneError
 from varcontact.solving.methods import Methods
+from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.selection import select
 from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.wheel_rail import Position, WheelOnRail
@@ -88,14 +89,31 @@ def test_patches_tell_the_next_height(part):
     assert search._change == pytest.approx(part, rel=1e-6)
 
 
+@pytest.mark.parametrize("off", [-1e-3, 1e-3])
+def test_an_estimate_bounds_no_heights(off):
+    """The load is borne on the other side of the first height than an estimate tells."""
+    case = wheel(with_friction=False)
+    depth = (LOAD / 1e7) ** (2 / 3)
+    search = BearingHeight(case, TOL, case.touching + depth * (1 + off / 10))
+    search.propose()
+    search.estimate_normal(LOAD * (1 - off))
+    search.expect(case.touching + depth * (1 + 2 * off))
+    while not search.done:
+        force = pressed(case, 1e7, 1.5, search.propose())
+        search.learn_normal(force)
+        search.learn(force)
+    assert search.z - case.touching == pytest.approx(depth, rel=1e-6)
+    assert search.rounds <= 5
+
+
 def test_methods_follow_the_number_of_elements():
     """As those of the first height are kept, but not for many more elements."""
     case = wheel(3.0, dx=0.4, dy=0.4)
     on_elements = WheelOnElements(case, TOL, {})
     for depth, normal in ((0.01, "norm"), (0.012, "norm"), (0.2, "newton"), (0.005, "norm")):
         (patch,) = patches_at(case, case.touching + depth)
-        scene = patch.scene.without_friction
-        plan = on_elements._options_of(0, scene, pressing=True).plan
+        scene = patch.scene
+        plan = on_elements._options_of(0, scene).plan
         assert plan.normal == select(scene, Methods()).normal == normal
         assert plan.grid.form.shape == scene.own_grid.shape
 
@@ -105,6 +123,27 @@ def test_fine_elements_begin_where_coarse_ones_bear_the_load():
     assert found.rounds <= 3
     again = wheel(3.0, dx=0.25, dy=0.25, vertical_force=None, z=found.z).solve()
     assert again.force == pytest.approx(found.force, rel=1e-8)
+
+
+def test_a_first_height_needs_the_load_alone(monkeypatch):
+    """Its pressures are solved for once, those of the heights after it under the load, too."""
+    calls = []
+
+    def counted(name):
+        method = getattr(ContactOnGrid, name)
+
+        def call(contact, *rest):
+            calls.append(name)
+            return method(contact, *rest)
+
+        monkeypatch.setattr(ContactOnGrid, name, call)
+
+    for name in ("under", "pressed", "with_tractions"):
+        counted(name)
+    found = wheel(3.0, dx=1.0, dy=1.0).solve()
+    assert calls[0] == "under"
+    assert calls[-2:] == ["pressed", "with_tractions"]
+    assert calls.count("under") == calls.count("pressed") == found.rounds - 1
 
 
 def test_tractions_wait_until_normal_forces_are_near_the_load():

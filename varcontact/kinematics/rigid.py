@@ -39,10 +39,12 @@ def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndar
     >>> rotation(yaw=np.pi / 2).round(6) @ [1.0, 0.0, 0.0]
     array([0., 1., 0.])
     """
-    angles = [
-        checks.number(name, value)
-        for name, value in (("roll", roll), ("yaw", yaw), ("pitch", pitch))
-    ]
+    given = (("roll", roll), ("yaw", yaw), ("pitch", pitch))
+    return turned(*(checks.number(name, value) for name, value in given))
+
+
+def turned(*angles: float) -> np.ndarray:
+    """The matrix of `rotation` for roll, yaw and pitch, unchecked."""
     a, b, c = map(math.cos, angles)
     sa, sb, sc = map(math.sin, angles)
     # the product, written out
@@ -282,9 +284,22 @@ def creepages(
     if frame_velocity is not None:
         moving = _vector("frame_velocity", frame_velocity)
     point1 = frame.origin if at1 is None else _vector("at1", at1)
-    first = frame.axes.T @ (body1.velocity_at(point1) - moving)
     point2 = frame.origin if at2 is None else _vector("at2", at2)
-    second = frame.axes.T @ (body2.velocity_at(point2) - moving)
+    return creepages_of((body1, body2), (point1, point2), frame, moving)
+
+
+def creepages_of(
+    bodies: tuple[RigidBody, RigidBody],
+    particles: tuple[np.ndarray, np.ndarray],
+    frame: Frame,
+    moving: np.ndarray,
+) -> Creepages:
+    """Those of `creepages` at the particles of both, with the frame's velocity; unchecked."""
+    body1, body2 = bodies
+    first, second = (
+        (body.velocity_at(particle) - moving) @ frame.axes
+        for body, particle in zip(bodies, particles, strict=True)
+    )
     speed = -float(first[0] + second[0]) / 2
     if speed <= 0:
         message = (

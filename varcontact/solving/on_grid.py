@@ -87,23 +87,34 @@ class ContactOnGrid:
         disc, state = solve_contact(scene, solver, operators, initial_guess=initial_guess)
         return cls(scene, disc, state, solver)
 
-    def with_friction(
-        self, scene: Scene, options: SolveOptions, initial_guess: Solution | InitialGuess | None
-    ) -> ContactOnGrid | None:
-        """Contact with the first tractions of the same scene with friction, if these leave the
-        pressure as it is.
+    @classmethod
+    def begun(
+        cls,
+        scene: Scene,
+        options: SolveOptions,
+        initial_guess: Solution | InitialGuess,
+        operators: Operators | None = None,
+    ) -> ContactOnGrid:
+        """The contact of an initial guess on the scene's own elements, before anything is solved
+        for.
         """
-        solver = options.solver(scene)
-        disc = self.disc.with_loading(scene=scene, friction=scene.friction)
-        disc = disc.with_motion(scene.motion)
-        same = self.solver.plan.normal == solver.plan.normal and self.disc.subgrid is None
-        exact = self.solver.tol <= solver.tol and not solver.plan.closed_form
-        if not (same and exact) or solver.plan.coupling != "none":
-            return None
-        state = self.state
-        if initial_guess is not None:
-            state = _with_tractions_of(initial_guess, disc, state)
-        return ContactOnGrid(scene, disc, state, solver)
+        disc = discretise(scene, scene.own_grid, operators)
+        return cls(scene, disc, _on(initial_guess, disc), options.solver(scene))
+
+    def pressed(self) -> ContactOnGrid:
+        """Contact with the pressure without tractions, which lies within the elements."""
+        disc, state = _pressure_alone(self.scene, self.solver, self.disc, self.state)
+        adjust(self.solver.plan, disc, state, closer=False)
+        return changed(self, disc=disc, state=state)
+
+    @property
+    def keeps_pressure(self) -> bool:
+        """True if tractions leave the pressure as it is, which is solved for on the elements."""
+        return self.solver.plan.coupling == "none" and self.disc.subgrid is None
+
+    def starting_from(self, initial_guess: Solution | InitialGuess) -> ContactOnGrid:
+        """Contact with the tractions of an initial guess to begin with."""
+        return changed(self, state=_with_tractions_of(initial_guess, self.disc, self.state))
 
     def with_tractions(self) -> ContactOnGrid:
         """Contact with the tractions that go with the pressure."""
@@ -272,6 +283,13 @@ def _without_tractions(
         # the contact area of half-spaces as soft
         pressure = disc.hertz.on_elements(disc.grid) / disc.scales.pressure
         state = changed(state, pressure=pressure)
+    return _pressure_alone(scene, solver, disc, state)
+
+
+def _pressure_alone(
+    scene: Scene, solver: ContactSolver, disc: Discretisation, state: ContactState
+) -> tuple[Discretisation, ContactState]:
+    """The same, from a state."""
     if solver.plan.cells(scene) == (1, 1):
         state = solver.pressure(disc, state)
     else:

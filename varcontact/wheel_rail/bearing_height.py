@@ -63,6 +63,7 @@ class BearingHeight:
         self._load = case.vertical_force or math.nan
         self.z = self._first(start)
         self._tried = [(case.touching, 0.0)]
+        self._estimated_at = math.nan
         self._slope = math.nan
         # normal forces, and what they carry with the rest
         self._known = known or (1.0, 1.0)
@@ -162,6 +163,11 @@ class BearingHeight:
         normal, known = self._known
         self._excess = known * (force / normal) ** self._power / self._load - 1
 
+    def estimate_normal(self, force: float) -> None:
+        """About what `learn_normal` would be told: no bound of the heights to come."""
+        self.learn_normal(force)
+        self._estimated_at = self.z
+
     def learn(self, force: float) -> None:
         """The vertical force at the height that was proposed."""
         if self._case.z is not None:
@@ -208,8 +214,9 @@ class BearingHeight:
         elif self._slope > 0:
             step = self.z - values[-1] / self._slope
         # bracket
-        low = heights[values < 0].max()
-        high = heights[values >= 0].min(initial=math.inf)
+        known = heights != self._estimated_at
+        low = heights[known & (values < 0)].max()
+        high = heights[known & (values >= 0)].min(initial=math.inf)
         if np.isinf(high):
             return float(min(step, touching + GROWTH * (self.z - touching)))
         if low < step < high:

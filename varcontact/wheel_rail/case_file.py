@@ -407,16 +407,17 @@ def _identities(file: CaseFile) -> list[str]:
             described[id(entry)] = _as_json(entry)
         return described[id(entry)]
 
+    names = sorted(each.name for each in dataclasses.fields(file.cases[0]))
+    settings: list[Any] = [file.options, file.archard]
+    if file.fast:
+        settings.append("fast")
+    if file.yield_in_shear is not None:
+        settings.append(file.yield_in_shear)
+    of_all = _as_json(settings).removeprefix("[")
     identities = []
     for case in file.cases:
-        names = sorted(each.name for each in dataclasses.fields(case))
         entries = ", ".join(f'"{name}": {description(getattr(case, name))}' for name in names)
-        settings: list[Any] = [type(case.friction).__name__, file.options, file.archard]
-        if file.fast:
-            settings.append("fast")
-        if file.yield_in_shear is not None:
-            settings.append(file.yield_in_shear)
-        text = f"[{{{entries}}}, {_as_json(settings)}]"
+        text = f'[{{{entries}}}, ["{type(case.friction).__name__}", {of_all}]'
         identities.append(hashlib.sha256(text.encode()).hexdigest()[:12])
     return identities
 

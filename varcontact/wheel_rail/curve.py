@@ -70,7 +70,7 @@ class Curve:
         """(y, z) and (dy/ds, dz/ds) at parameters (n,), shape (2, n)."""
         cell = self.s[1:-1].searchsorted(s, side="right")
         t = s - self.s[cell]
-        a, b, c, d = self._by_coordinate[:, :, cell]
+        a, b, c, d = self._by_coordinate.take(cell, axis=2)
         points = ((a * t + b) * t + c) * t + d
         directions = (3 * a * t + 2 * b) * t + c
         return points, directions
@@ -131,8 +131,8 @@ class Curve:
         """The part around a place `y` of a curve along which y grows, along which ``direction . (y,
         z)`` keeps growing, too.
         """
-        place = np.searchsorted(self._breakpoints[:, 0], y)
-        breakpoint_near = int(np.clip(place, 1, self.s.size - 1))
+        place = int(self._breakpoints[:, 0].searchsorted(y))
+        breakpoint_near = min(max(place, 1), self.s.size - 1)
         return self._part(growing(self._grows(direction), breakpoint_near))
 
     def highest(self) -> Curve:
@@ -162,7 +162,8 @@ class Curve:
         """True where ``direction . (y, z)`` grows from a breakpoint to the next, without a turning
         point between them.
         """
-        larger = np.diff(self._breakpoints @ direction) > 0
+        along = self._breakpoints @ direction
+        larger = along[1:] > along[:-1]
         return larger & (self._middle_directions @ direction > 0)
 
     def _width(self, run: slice) -> float:
@@ -184,7 +185,7 @@ class Curve:
         cell = ends[1:-1].searchsorted(wanted, side="right")
         low = self.s[cell]
         width = self.s[cell + 1] - low
-        a, b, c, d = self.coefficients[:, cell] @ direction
+        a, b, c, d = self.coefficients.take(cell, axis=1) @ direction
         t = width * (wanted - ends[cell]) / (ends[cell + 1] - ends[cell])
         for _ in range(STEPS):
             step = (((a * t + b) * t + c) * t + d - wanted) / ((3 * a * t + 2 * b) * t + c)
@@ -206,9 +207,11 @@ def shifted(cubics: np.ndarray, by: np.ndarray) -> np.ndarray:
 
 def growing(grows: np.ndarray, near: int) -> slice:
     """The run around the point `near` in which every step, of which `grows` tells, grows."""
-    falls = np.flatnonzero(~grows)
-    first = int(max(falls[falls < near] + 1, default=0))
-    return slice(first, int(min(falls[falls >= near], default=grows.size)) + 1)
+    falls = np.ones(grows.size + 2, dtype=bool)  # also before the first step and after the last
+    falls[1:-1] = ~grows
+    ends = falls.nonzero()[0]
+    behind = int(ends.searchsorted(near + 1))
+    return slice(int(ends[behind - 1]), int(ends[behind]))
 
 
 def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:

@@ -212,6 +212,8 @@ def _step(
 class _StepOnElements(WheelOnElements):
     """A wheel at one height after the other, whose patches are histories of one step."""
 
+    patches_alone = True
+
     def _solved_alone(self) -> list[Solution]:
         return [cast("Solution", solve(scene, **self._methods)[-1]) for scene in self._scenes]
 

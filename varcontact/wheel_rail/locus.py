@@ -120,8 +120,9 @@ class Locus:
                 "a step is too high"
             )
             raise SceneError("z", z, message=reason)
-        inside = np.concatenate([[False], self.gap < z, [False]])
-        edges = np.flatnonzero(np.diff(inside.astype(int))).tolist()
+        inside = np.zeros(self.gap.size + 2, dtype=bool)
+        inside[1:-1] = self.gap < z
+        edges = (inside[1:] != inside[:-1]).nonzero()[0].tolist()
         overlaps = []
         for first, stop in zip(edges[::2], edges[1::2], strict=True):
             for end, beside in ((first, first - 1), (stop - 1, stop)):

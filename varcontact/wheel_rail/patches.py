@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from varcontact.errors import NotConverged, SceneError
-from varcontact.kinematics import Frame, RigidBody, rotation
+from varcontact.kinematics import Frame, RigidBody
+from varcontact.kinematics.rigid import turned
 from varcontact.scene.grid import Grid
 from varcontact.system.process import changed
 from varcontact.wheel_rail.curve import STEP, Curve, growing, spline
@@ -98,7 +99,7 @@ def tangent_of(overlaps: list[Overlap], rail: Curve | RailSurface) -> Tangent:
         if not np.isfinite(z):  # the nearest point of the overlaps where the rail has a gap
             touched = np.concatenate([each.surface for each in overlaps])
             surface = touched[np.abs(touched[:, 0] - y).argmin()]
-    axes = rotation(roll=angle, pitch=slope)
+    axes = turned(angle, 0.0, slope)
     return Tangent(changed(AT_ORIGIN, origin=np.array([x, *surface]), axes=axes), angle, slope)
 
 
@@ -112,19 +113,21 @@ def tangents_of(
     one.
     """
     tangents = [tangent_of(group, rail) for group in groups]
+    if len(groups) == 1:
+        return tangents
     angles = np.array([each.angle for each in tangents])
     loads = np.array([sum(float(each.weights.sum()) for each in group) for group in groups])
-    turned = angles.copy()
+    new_angles = angles.copy()
     for i, (left, right) in enumerate(pairwise(groups)):
         apart = _apart(left[-1], right[0])
         if apart < turn:
             two = slice(i, i + 2)
             together = float(angles[two] @ loads[two] / loads[two].sum())
-            turned[two] += (turn - apart) / (turn - separate) * (together - angles[two])
-    for i in np.flatnonzero(turned != angles).tolist():
-        angle = float(turned[i])
+            new_angles[two] += (turn - apart) / (turn - separate) * (together - angles[two])
+    for i in np.flatnonzero(new_angles != angles).tolist():
+        angle = float(new_angles[i])
         slope = tangents[i].slope
-        frame = changed(tangents[i].frame, axes=rotation(roll=angle, pitch=slope))
+        frame = changed(tangents[i].frame, axes=turned(angle, 0.0, slope))
         tangents[i] = Tangent(frame, angle, slope)
     return tangents
 
@@ -200,7 +203,7 @@ def wheel_heights(
     along, across, height = (points @ frame.axes).T
     forward = frame.axes.T @ axle[:, 0]
     across = across - along * forward[1] / forward[0]  # of circles at x = 0
-    run = growing(np.diff(across) > 0, int(np.hypot(points[:, 1], points[:, 2]).argmin()))
+    run = growing(across[1:] > across[:-1], int(np.hypot(points[:, 1], points[:, 2]).argmin()))
 
     # the locus at the rows of the grid
     grid_x, grid_y = lines
@@ -263,8 +266,8 @@ class ReferenceSurface:
     its arc length.
 
     The distance, shape (ny, nx), is 0 at its least [mm]. The inclination is that of each row of
-    elements relative to the frame's y [rad], `lateral` its place along that (NaN beyond a profile's
-    end), and `on_wheel` are the points (ny, 3) of the wheel opposite, in track coordinates.
+    elements relative to the frame's y [rad], `lateral` and `height` its place along y and z of the
+    frame (NaN beyond a profile's end), and `away` how far the wheel is along its normal.
     """
 
     grid: Grid
@@ -272,7 +275,15 @@ class ReferenceSurface:
     approach: float
     inclination: np.ndarray
     lateral: np.ndarray
-    on_wheel: np.ndarray
+    height: np.ndarray
+    away: np.ndarray
+
+    def on_wheel(self, frame: Frame) -> np.ndarray:
+        """The points (ny, 3) of the wheel opposite the rows, in track coordinates."""
+        across = self.lateral - np.sin(self.inclination) * self.away
+        below = self.height + np.cos(self.inclination) * self.away
+        opposite = np.stack([np.zeros(across.size), across, below], axis=1)
+        return frame.globally(np.nan_to_num(opposite))
 
     def rigid_slip(
         self, frame: Frame, rail: RigidBody, wheel: RigidBody, speed: float
@@ -281,7 +292,7 @@ class ReferenceSurface:
         (2, ny, nx).
         """
         along = self.grid.x[:, None] * frame.axes[:, 0]
-        places = self.on_wheel[:, None] + along
+        places = self.on_wheel(frame)[:, None] + along
         velocity = rail.velocity_at(places) - wheel.velocity_at(places)
         velocity = velocity @ frame.axes / speed
         cosine = np.cos(self.inclination)[:, None]
@@ -333,17 +344,11 @@ def reference_surface(
             f"y = {origin[0]:.4g} mm; give smaller ones, or smooth a rough profile"
         )
         raise SceneError("dx, dy", grid.sides, message=reason)
-    gap = np.where(reached, gap, NOWHERE * abs(gap[reached]).max())
-
-    # the wheel opposite, along normals
+    if not reached.all():
+        gap = np.where(reached, gap, NOWHERE * abs(gap[reached]).max())
     away = (heights[:, int(np.abs(grid.x).argmin())] - height) * cosine
-    opposite = np.stack(
-        [0.0 * height, lateral - np.sin(inclination) * away, height + cosine * away], axis=1
-    )
-    on_wheel = frame.globally(np.nan_to_num(opposite))
-    return ReferenceSurface(
-        grid, gap - gap.min(), -float(gap.min()), inclination, lateral, on_wheel
-    )
+    least = float(gap.min())
+    return ReferenceSurface(grid, gap - least, -least, inclination, lateral, height, away)
 
 
 def _circles_near(overlaps: list[Overlap], grid: Grid) -> Locus:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
@@ -34,7 +35,12 @@ SIDE_BY_SIDE = 32
 LARGEST_CHANGE = 0.1
 """Change of the depth between positions, relative, from which the next one is not expected to
 follow it."""
+SMALL_CHANGE = 3e-4
+"""Change of the depth, relative, up to which the next position is near: so little of the load is
+missing (`MISSING`) that its tractions are solved for at once."""
 TARGETS = ("accuracy", "time_budget")
+Answer = tuple[int, WheelRailSolution | VarcontactError]
+"""The number of a wheel, and its solution or what refuses it."""
 
 
 def solve_wheel_on_rail(
@@ -64,7 +70,7 @@ def solve_wheels_on_rails(
     certify: CertifyName | None = None,
     on_first: Callable[[WheelRailSolution], None] = lambda first: None,
     **methods: Any,
-) -> Iterator[tuple[int, WheelRailSolution | VarcontactError]]:
+) -> Iterator[Answer]:
     """The numbers of cases, and their solutions or what refuses them, as they are found, without
     `warn`.
 
@@ -77,20 +83,27 @@ def solve_wheels_on_rails(
     going = [_Series(part, tol, methods, on_first) for part in _parts(cases)]
     while going:
         # pressures at the next height of each
-        proposed: list[list[ContactOnGrid]] = []
-        for each in going:
-            with without_plausibility_warnings():
-                proposed.append(each.propose())
-            yield from each.new_answers()
+        contacts: list[ContactOnGrid] = []
+        counts: list[int] = []
+        with without_plausibility_warnings():
+            for each in going:
+                own = each.propose()
+                contacts += own
+                counts.append(len(own))
+        yield from _new_answers(going)
         # tractions of all
-        contacts = [contact for own in proposed for contact in own]
         settled = with_tractions_batched(contacts) if together else contacts
         # forces, which tell the heights after
-        for each, own in zip(going, proposed, strict=True):
-            with without_plausibility_warnings():
-                each.learn([settled.pop(0) for _ in own])
-            yield from each.new_answers()
+        with without_plausibility_warnings():
+            for each, count in zip(going, counts, strict=True):
+                each.learn([settled.pop(0) for _ in range(count)])
+        yield from _new_answers(going)
         going = [each for each in going if not each.done]
+
+
+def _new_answers(going: Sequence[_Series]) -> Iterator[Answer]:
+    """The answers of all since they were asked last."""
+    return chain.from_iterable(each.new_answers() for each in going)
 
 
 def _parts(cases: Sequence[WheelGeometry]) -> list[dict[int, WheelGeometry]]:
@@ -141,7 +154,7 @@ class _Series:
     def done(self) -> bool:
         return self._wheel is None and not self._left
 
-    def new_answers(self) -> list[tuple[int, WheelRailSolution | VarcontactError]]:
+    def new_answers(self) -> list[Answer]:
         """Numbers and solutions, or refusals, since this was asked last."""
         found = list(self._answers.items())
         self._answers.clear()
@@ -209,10 +222,11 @@ class _Series:
         """A solution, and from there the start of the next wheel: as much deeper again."""
         depth = solution.z - solution.case.touching
         deeper = depth - self._depth
+        near = abs(deeper) <= SMALL_CHANGE * depth
         if abs(deeper) >= LARGEST_CHANGE * depth:
             deeper = 0.0
         self._depth = depth
-        self._start = Start(solution, deeper, operators)
+        self._start = Start(solution, deeper, operators, near)
         self._answers[self._number] = solution
         self._end()
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
+from varcontact.kinematics import Creepages, Frame, RigidBody
+from varcontact.kinematics.rigid import creepages_of
 from varcontact.scene.bodies import Bodies, BodyPair, Viscoelastic, as_bodies
 from varcontact.scene.friction import Coefficient, coefficient
 from varcontact.scene.grid import Grid
@@ -39,6 +40,7 @@ from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
 STEEL = Bodies(G=82000.0, nu=0.28)
 STIFFEST = 1e6
 """Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
+FLAT = SampledDistance(np.zeros((1, 1)))
 MIDDLE = Position()
 ROLLING = Velocity()
 VARIES = (
@@ -92,11 +94,17 @@ class ContactPatch:
     frame: Frame
     on_rail: np.ndarray
     on_wheel: np.ndarray
-    rolling_radius: float
     creepage: Creepages
     approach: float
     scene: Scene
-    interactions: Interactions = ()
+    interactions: Interactions
+    _wheel: tuple[Curve, float]  # section of the wheel, and the origin's y there
+
+    @lazy_property
+    def rolling_radius(self) -> float:
+        """Rolling radius of the undeformed wheel at the origin [mm]."""
+        curve, y = self._wheel
+        return float(curve.points(curve.at(np.array([y])))[0, 1])
 
     @property
     def in_plane(self) -> bool:
@@ -308,8 +316,6 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         on_rail = self.track.on_rail(frame.origin[1:], self.side)
         on_wheel = self.on_wheel(frame.origin, body)
         sections = self.sections(frame.origin, on_wheel)
-        section, axle_y = sections["wheel"]
-        rolling_radius = float(section.points(section.at(np.array([axle_y])))[0, 1])
         # the scene
         grid = surface.grid
         friction = self._friction(
@@ -317,8 +323,10 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         )
         if sides is None:
             sampled = SampledDistance(surface.distance, grid.x, grid.y, inclination=inclination)
-        else:
+        elif self.curved:
             sampled = SampledDistance(surface.distance, inclination=inclination)
+        else:
+            sampled = changed(FLAT, h=surface.distance)
         entries: dict[str, Any] = {
             "surface": sampled,
             "approach": surface.approach,
@@ -336,11 +344,11 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             frame=frame,
             on_rail=on_rail,
             on_wheel=on_wheel,
-            rolling_radius=rolling_radius,
             creepage=creepage,
             approach=surface.approach,
             scene=scene,
             interactions=interactions,
+            _wheel=sections["wheel"],
         )
 
     @lazy_property
@@ -428,7 +436,8 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
 
     def with_sides(self, dx: float, dy: float) -> Self:
         """The same wheel at the same place on elements with other sides."""
-        same = {name: getattr(self, name) for name in ("rail", "wheel", "locus")}
+        names = ("rail", "wheel", "locus", "_bodies", "_scene")
+        same = {name: getattr(self, name) for name in names}
         return changed(self, dx=dx, dy=dy, **same)
 
     def with_surface_of(self, before: WheelGeometry) -> Self:
@@ -542,7 +551,8 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         # contacts move with the wheel set, but do not turn about its axle
         moving = self.body(z, pitching=False).velocity_at(particle)
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
-        return creepages(self._rail_body, body, frame, frame_velocity=moving, at2=particle)
+        bodies = (self._rail_body, body)
+        return creepages_of(bodies, (frame.origin, particle), frame, moving)
 
 
 def _at_arc_lengths(interactions: Interactions, surface: ReferenceSurface) -> Interactions:

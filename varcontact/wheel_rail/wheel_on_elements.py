@@ -39,19 +39,20 @@ the next one.
 """
 ACROSS_FIRST = 8
 """Elements across the overlap of all patches, with which the first height is found."""
-COARSER = 4.0
+COARSER = 16.0
 """Ratio of the areas of elements from which coarse ones are worth their own geometry."""
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
     """Begin of the search for a height: at that of a solution, so much deeper, with its
-    operators if known.
+    operators if known; `near` unless heights change much from one to the next.
     """
 
     solution: WheelRailSolution
     deeper: float = 0.0
     operators: Sequence[Operators] = ()
+    near: bool = True
 
 
 class WheelOnElements:
@@ -78,16 +79,16 @@ class WheelOnElements:
         self._second_order = second_order
         self.by_theory = methods.get("tangential") in THEORIES
         self._search = BearingHeight(case, tol)
-        self._before: list[Solution | InitialGuess] = []
+        self._before: list[Solution] = []
         self._pressures: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
-        # by patch, and whether of the pressure alone
-        self._options: dict[tuple[int, bool], SolveOptions] = {}
+        self._near = False
+        self._options: dict[int, SolveOptions] = {}
         if start is not None:
             self._begin_at(start)
         # of the last height
         self._patches: tuple[ContactPatch, ...] = ()
-        self._frictionless: list[ContactOnGrid] = []
+        self._pressed: list[ContactOnGrid] = []
         self._proposed: list[ContactOnGrid] = []
         self._contacts: list[ContactOnGrid] = []
         self._solutions: list[Solution] = []
@@ -97,6 +98,7 @@ class WheelOnElements:
         self._before = [each.solution for each in last.patches]
         self._pressures = list(self._before)
         self._operators = start.operators
+        self._near = start.near
         z = self._case.touching + (last.z - last.case.touching + start.deeper)
         self._search = BearingHeight(self._case, self._tol, z, vertical_forces(last))
 
@@ -116,12 +118,10 @@ class WheelOnElements:
         while not self.done:
             self._expect_goal()
             self._move_to(self._search.propose())
-            if self._case.z is None:
-                self._press()
-                if not self._search.near:
-                    continue
-            self._solutions = self._solved_alone()
-            if self._solutions:
+            if not self._nearly_bears():
+                continue
+            if self.patches_alone:
+                self._solutions = self._solved_alone()
                 self._learn_forces([_force(each) for each in self._solutions])
                 continue
             self._proposed = self._with_pressures()
@@ -181,6 +181,7 @@ class WheelOnElements:
         with suppress(NotConverged, SceneError):
             z = wheel._height_by_pressures()
             self._pressures = wheel._pressures
+            self._near = True
             return z
         return self._search.z
 
@@ -188,9 +189,21 @@ class WheelOnElements:
         """A height at which normal forces are near the load."""
         while not (self._search.near or self._search.expects):
             self._move_to(self._search.propose())
-            self._press()
-            self._expect_goal()
+            if self._tells:
+                self._load()
+            else:
+                self._press()
         return self._search.propose()
+
+    def _nearly_bears(self) -> bool:
+        """True if the height is given, or its pressures bear nearly the load."""
+        if self._case.z is not None:
+            return True
+        if self._search.rounds == 1 and self._tells and not self._near:
+            self._load()
+            return False
+        self._press()
+        return self._search.near
 
     def _move_to(self, z: float) -> None:
         patches = patches_at(self._case, z)
@@ -199,90 +212,118 @@ class WheelOnElements:
             patches = tuple(replace(each, scene=each.scene.second_order()) for each in patches)
         self._patches = patches
 
+    @property
+    def _tells(self) -> bool:
+        """True if the patch tells the height at which it bears a load: one alone, not too steep."""
+        if not self._case.patches_tell or len(self._patches) != 1:
+            return False
+        (patch,) = self._patches
+        return not patch.interactions and float(patch.frame.axes[2, 2]) >= LEAST_COSINE
+
+    def _load(self) -> None:
+        """The patch of a first height under the load alone, which tells the height that bears it,
+        and about what it bears where it is.
+        """
+        (patch,) = self._patches
+        (begun,) = self._begun()
+        loaded = self._under_goal(begun)
+        self._operators = [loaded.disc.operators]
+        about = self._search.goal * (patch.approach / loaded.approach) ** 1.5
+        self._search.estimate_normal(about)
+        self._expect(loaded)
+
+    def _under_goal(self, contact: ContactOnGrid) -> ContactOnGrid:
+        """The contact of the patch with the pressures that bear the goal of the search."""
+        return contact.under(self._search.goal / float(self._patches[0].frame.axes[2, 2]))
+
+    def _expect(self, loaded: ContactOnGrid) -> None:
+        """The height at which the patch has the approach that it has under the goal."""
+        (patch,) = self._patches
+        deeper = (loaded.approach - patch.approach) / float(patch.frame.axes[2, 2])
+        self._search.expect(self._search.z + deeper)
+        self._pressures = [loaded.initial_guess]
+
     def _press(self) -> None:
-        """The contacts without friction, and what they bear."""
-        bare = [each.scene.without_friction for each in self._patches]
-        starts = self._pressures or [_hertzian(each, self._case) for each in self._patches]
-        self._frictionless = self._contacts_of(bare, starts, pressing=True)
-        self._pressures = [each.initial_guess for each in self._frictionless]
-        self._operators = [each.disc.operators for each in self._frictionless]
-        forces = [each.force for each in self._frictionless]
+        """The contacts with their pressures, and what these bear."""
+        self._pressed = [each.pressed() for each in self._begun()]
+        self._pressures = [each.initial_guess for each in self._pressed]
+        self._operators = [each.disc.operators for each in self._pressed]
+        forces = [each.force for each in self._pressed]
         self._search.learn_normal(vertical(self._frames, forces, False))
+
+    def _begun(self) -> list[ContactOnGrid]:
+        """The contacts with the pressures that their solution begins with."""
+        starts = self._pressures
+        if len(starts) != len(self._patches):
+            starts = [_hertzian(each, self._case) for each in self._patches]
+        scenes = self._scenes
+        if self.patches_alone:
+            scenes = [each.without_friction for each in scenes]
+        contacts = []
+        operators_of_each = _each_of(self._operators, scenes)
+        for k, scene in enumerate(scenes):
+            options = self._options_of(k, scene)
+            contacts.append(ContactOnGrid.begun(scene, options, starts[k], operators_of_each[k]))
+        return contacts
 
     def _expect_goal(self) -> None:
         """The height at which the last patch, with its elements, bears the goal of the search."""
-        if not self._case.patches_tell:
-            return
-        if len(self._frictionless) != 1 or self._patches[0].interactions:
-            return
-        (contact,) = self._frictionless
-        (patch,) = self._patches
-        cosine = float(patch.frame.axes[2, 2])
-        if cosine < LEAST_COSINE:
-            return
-        loaded = contact.under(self._search.goal / cosine)
-        self._search.expect(self._search.z + (loaded.approach - patch.approach) / cosine)
-        self._pressures = [loaded.initial_guess]
+        if self._pressed and self._tells and not self._search.expects:
+            self._expect(self._under_goal(self._pressed[0]))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
         change a pressure.
         """
-        if not self._frictionless:
+        if not self._pressed or not all(each.keeps_pressure for each in self._pressed):
             return []
-        starts = _each_of(self._traction_starts, self._scenes)
         contacts = []
-        for k, (scene, start) in enumerate(zip(self._scenes, starts, strict=True)):
-            options = self._options_of(k, scene)
-            contact = self._frictionless[k].with_friction(scene, options, start)
-            if contact is None:
-                return []
+        starts = _each_of(self._traction_starts, self._scenes)
+        for contact, start in zip(self._pressed, starts, strict=True):
+            if start is not None:
+                contact = contact.starting_from(start)
             contacts.append(contact)
         return contacts
 
+    @property
+    def patches_alone(self) -> bool:
+        """True if patches are solved as scenes by themselves, and not proposed: by a theory."""
+        return self.by_theory
+
     def _solved_alone(self) -> list[Solution]:
-        """Solutions of patches that are not proposed: those of theories."""
-        if not self.by_theory:
-            return []
         return [_by_theory(scene, self._methods) for scene in self._scenes]
 
     def _solved(self) -> list[ContactOnGrid]:
-        return self._contacts_of(self._scenes, self._traction_starts)
-
-    def _contacts_of(
-        self,
-        scenes: list[Scene],
-        starts: Sequence[Solution | InitialGuess],
-        pressing: bool = False,
-    ) -> list[ContactOnGrid]:
         """The contacts of patches, from others with their influence numbers, if there are as
         many.
         """
-        starts_of_each = _each_of(starts, scenes)
-        operators_of_each = _each_of(self._operators, scenes)
+        scenes = self._scenes
+        starts = _each_of(self._traction_starts or self._pressures, scenes)
+        operators = _each_of(self._operators, scenes)
         contacts = []
         for k, scene in enumerate(scenes):
-            options = self._options_of(k, scene, pressing)
-            contact = ContactOnGrid.of(scene, options, starts_of_each[k], operators_of_each[k])
-            contacts.append(contact)
+            options = self._options_of(k, scene)
+            contacts.append(ContactOnGrid.of(scene, options, starts[k], operators[k]))
         return contacts
 
-    def _options_of(self, k: int, scene: Scene, pressing: bool = False) -> SolveOptions:
+    def _options_of(self, k: int, scene: Scene) -> SolveOptions:
         """The options of patch k, checked at the first height, and where it has many more elements
         or fewer.
         """
-        kept = self._options.get((k, pressing))
+        kept = self._options.get(k)
         if kept is None or not kept.suit(scene):
-            methods = for_pressure(self._methods) if pressing else self._methods
+            methods = self._methods
+            if self.patches_alone:
+                methods = for_pressure(methods)
             kept = replace(SolveOptions.checked(scene, **methods), deadline=self._deadline)
-            self._options[k, pressing] = kept
+            self._options[k] = kept
         return kept.like(scene)
 
     @property
-    def _traction_starts(self) -> list[Solution | InitialGuess]:
-        if not self._contacts and self._before:
-            return self._before
-        return [each.initial_guess for each in self._contacts or self._frictionless]
+    def _traction_starts(self) -> Sequence[Solution | InitialGuess]:
+        if self._contacts:
+            return [each.initial_guess for each in self._contacts]
+        return self._before
 
     @property
     def _scenes(self) -> list[Scene]:
