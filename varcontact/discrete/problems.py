@@ -268,6 +268,8 @@ def mirror_of(problem: TangentialProblem) -> Mirror | None:
     columns = operator.shape[1]
     if elements.size == 0 or len(problem.rigid_shift) != 2:
         return None
+    if not _may_be_odd(problem.rigid_shift):
+        return None
     if not operator.has_mirror(slice(elements[0] // columns, elements[-1] // columns + 1)):
         return None
     # each element has its mirror image among the elements, and none lies on the line
@@ -289,6 +291,13 @@ def mirror_of(problem: TangentialProblem) -> Mirror | None:
     if signs is None:
         return None
     return Mirror(half, images[half], signs)
+
+
+def _may_be_odd(values: np.ndarray) -> bool:
+    """A component of some values (c, n) may be odd: its sum is rounding."""
+    sums = np.abs(values.sum(axis=1))
+    rounding = ROUNDING * values.shape[1] * np.abs(values).max()
+    return bool(sums.min() <= rounding)
 
 
 def _is_even(values: np.ndarray, images: np.ndarray) -> bool:

@@ -437,7 +437,6 @@ def _descend(
     best = iterate
     residual = _small_residual(problem, best)
     equations = None
-    reusable = False
     count = 0
     idle = 0
     while count < max_steps and residual > RESIDUAL_MIN:
@@ -446,21 +445,15 @@ def _descend(
             break
         check_time(settings.deadline)
         count += 1
-        # areas anew, and Newton's equations unless the last ones still serve
-        sticks = ~problem.potential.slips(iterate.trial, problem.operator.row_size)
-        begin = _on_bound(problem, sticks, iterate.at, iterate.trial)
-        point = PointOnAreas.of(problem, sticks, begin)
-        if equations is None or not reusable or (sticks != equations.sticks).any():
-            equations = Equations.of(point)
-        # a step, shortened until the merit falls
-        previous_merit = iterate.merit
-        iterate = _line_search(point, equations.step(point, turn=2.0), iterate)
-        reusable = iterate.merit < REUSE_RATIO * previous_merit
+        iterate, equations = _newton_step(problem, iterate, equations)
         if settings.stats.traces:
             follow(_admissible(problem, iterate.at))
-        # the best point so far, and steps without gain
+        # steps without gain, and the best point so far
         gain = 0.5 if residual <= RESIDUAL_SOLVED else 0.99
-        idle = 0 if iterate.merit < gain * best.merit else idle + 1
+        if iterate.merit < gain * best.merit:
+            idle = 0
+        else:
+            idle += 1
         if iterate.merit < best.merit:
             best = iterate
             residual = _small_residual(problem, best)
@@ -475,6 +468,25 @@ def _descend(
         solved=solved,
         residual=residual,
     )
+
+
+def _newton_step(
+    problem: TangentialProblem, iterate: _Iterate, equations: Equations | None
+) -> tuple[_Iterate, Equations | None]:
+    """The iterate after a Newton step with the areas renewed, and the equations where they are good
+    for the next one.
+    """
+    # areas anew, and Newton's equations unless the last ones still serve
+    sticks = ~problem.potential.slips(iterate.trial, problem.operator.row_size)
+    begin = _on_bound(problem, sticks, iterate.at, iterate.trial)
+    point = PointOnAreas.of(problem, sticks, begin)
+    if equations is None or (sticks != equations.sticks).any():
+        equations = Equations.of(point)
+    # a step, shortened until the merit falls
+    after = _line_search(point, equations.step(point, turn=2.0), iterate)
+    if after.merit < REUSE_RATIO * iterate.merit:
+        return after, equations
+    return after, None
 
 
 @dataclass(frozen=True, eq=False)
