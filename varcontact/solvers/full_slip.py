@@ -52,7 +52,8 @@ def full_slip(
         against = shift * (-problem.bound / magnitude(shift))
         change = float(np.abs(against - traction).max() / largest)
         traction = against
-        follow(RawSolution(traction, rigid))
+        if settings.stats.traces:
+            follow(RawSolution(traction, rigid))
         if change <= CHANGE_MIN or not change < RATIO_MAX * last_change:
             break
         last_change = change
