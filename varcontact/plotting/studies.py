@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from varcontact import checks
 from varcontact.errors import SceneError
@@ -299,10 +299,11 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
         ax.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
         ax.set_ylabel("distance from the best tractions /\nlargest traction bound")
         ax.set_ylim(bottom=DISTANCE_MIN / 3)
-        # a decade at least: ticks of narrower ranges lie over each other
+        # a decade at least, with the numbers of decades alone: others lie over each other
         low, high = ax.get_xlim()
         beyond = max(1.0, np.sqrt(10 * low / high))
         ax.set_xlim(low / beyond, high * beyond)
+        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.grid(visible=True)
         if not measured.empty:
             figure.legend(loc="outside right upper", title="method", alignment="left")
