@@ -33,7 +33,7 @@ one by FFT."""
 
 KEPT_NUMBERS = 33_000
 """Tables of no more blocks times elements are kept from one solve to the next, the last 32, with
-what their products take: at most 70 MB."""
+what their products and preconditioners take: at most 140 MB."""
 
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""

@@ -21,8 +21,8 @@ from varcontact.system.process import lazy_property
 Product = Callable[[np.ndarray], np.ndarray]
 """M times tractions (c, ny, nx), both float32."""
 
-KERNELS = 16
-"""Kernels that an operator remembers: those of the levels of two or three contacts."""
+KERNELS = 4
+"""Kernels that an operator remembers: those of the last contacts on its grid."""
 WIDER = 1.125
 """Width of the periodic box of the preconditioner, divided by that of the contact."""
 CAUSAL = 0.03
