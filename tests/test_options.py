@@ -79,6 +79,7 @@ def test_a_misspelt_option_says_what_is_meant(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("call", "words"), [
+    (lambda: vc.Paraboloids(line=True), "^Paraboloids has no line; it has Rx, Ry$"),
     (lambda: vc.solve(BALL, acuracy=0.01), r"^solve has no option acuracy \(did you mean accuracy\?\)$"),
     (lambda: WheelOnRail(**TRACK, z=0.1).solve(acuracy=0.01), r"no option acuracy \(did you mean accuracy\?\)$"),
     (lambda: WheelSetOnTrack(**TRACK, z=0.1).solve(acuracy=0.01), r"no option acuracy \(did you mean accuracy\?\)$"),

@@ -370,6 +370,12 @@ def short_entries(value: Any) -> str:
     return f"{type(value).__name__}({', '.join(entries)})"
 
 
+@functools.cache
+def _names_of(cls: Any) -> frozenset[str]:
+    """Names of the fields of a dataclass."""
+    return frozenset(each.name for each in dataclasses.fields(cls))
+
+
 class Checked:
     """A dataclass that checks entries as it is made, each by a check; entries that are None by
     default may be.
@@ -396,7 +402,7 @@ class Checked:
             message = f"{cls.__name__} takes its entries by name: write {cls.__name__}({by_name})"
             raise SceneError(cls.__name__, len(args), message=message)
         for name in kwargs:
-            if name not in cls.__dataclass_fields__ or name[:1] == "_":
+            if name not in _names_of(cls) or name[:1] == "_":  # type: ignore[arg-type]
                 names = [each.name for each in dataclasses.fields(cls)]
                 instead = nearest(name, names) or f"; it has {', '.join(names)}"
                 if name in cls._words:

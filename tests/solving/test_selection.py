@@ -27,7 +27,7 @@ SAMPLES = vc.SampledDistance(TWO_ARCS[:, None] + PLACES**2 / 2, x=PLACES, y=PLAC
         {
             "surface": vc.Cylinders(R=1.0),
             "motion": vc.Steady(vx=0.01),
-            "grid": vc.Grid(nx=2 * NEWTON_ABOVE + 1),
+            "grid": vc.Grid(nx=3 * NEWTON_ABOVE),
         },
     ],
 )

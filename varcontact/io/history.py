@@ -131,7 +131,7 @@ class Stored(Sequence[Solution]):
     def __len__(self) -> int:
         if not self.path.exists():
             return 0
-        layout = _told_layout(self.path)
+        layout = _layout_by_header(self.path)
         count = _count(self.path)
         size = self.path.stat().st_size
         if layout is not None:
@@ -194,7 +194,7 @@ class Stored(Sequence[Solution]):
             with files.replacing("store", self.path) as file:
                 file.write(history_to_bytes(self.scene, self.plan, self.settings, sol))
             return
-        layout = _told_layout(self.path)
+        layout = _layout_by_header(self.path)
         assert layout is not None
         step = step_to_bytes(self.scene, self.plan, sol)
         with files.writing("store", self.path), self.path.open("r+b") as file:
@@ -267,7 +267,7 @@ def _is_of_today(path: Path) -> bool:
         return bool(getattr(file, "format", b"").decode(errors="replace") == HISTORY_FORMAT)
 
 
-def _told_layout(path: Path) -> Layout | None:
+def _layout_by_header(path: Path) -> Layout | None:
     """The places of the steps in a file as its header tells them: a step is added without reading
     the header of all.
     """

@@ -80,8 +80,10 @@ RECORD = 2048
 """Characters for the certificate, methods and times of a step."""
 RECORD_OF_PASSES = 8192
 """The same with passes, or an estimate of its error."""
-BYTES_OF = {"b": ">i1", "d": ">f8"}
-"""Types of a netCDF file's bytes."""
+BIG_ENDIAN = {"b": ">i1", "d": ">f8"}
+"""The types of a netCDF file, whose numbers have the highest byte first."""
+FILL = b"\x81"
+"""What netCDF fills up fields of bytes with."""
 LAST_PASSES = 100
 """Passes that are kept, the last ones."""
 LONGEST_WORD = 200
@@ -168,11 +170,14 @@ def step_to_bytes(scene: Scene, plan: Plan, sol: Solution) -> bytes:
     variables, _, record = variables_of(sol, SERIES, shift=False)
     record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
     record["passes"] = sol.passes[-LAST_PASSES:]
-    parts = [
-        values.astype(BYTES_OF[_kind(values)]).tobytes() for _, values, _ in variables.values()
-    ]
-    parts.append(json.dumps(record).ljust(_record_length(scene, plan, sol)).encode())
-    step = b"".join(part + bytes(-len(part) % 4) for part in parts)
+    length = _record_length(scene, plan, sol)
+    text = json.dumps(record).ljust(length)
+    if len(text) > length:
+        raise OutputError("history", "the record of a step", f"has more than {length} characters")
+    fields = [values for _, values, _ in variables.values()]
+    parts = [field.astype(BIG_ENDIAN[_kind(field)]).tobytes() for field in fields]
+    parts.append(text.encode())
+    step = b"".join(part + FILL * (-len(part) % 4) for part in parts)
     return step + zlib.crc32(step).to_bytes(CHECK_BYTES, "big")
 
 

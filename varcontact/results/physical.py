@@ -32,6 +32,11 @@ from varcontact.solvers.interface import SolveStats
 from varcontact.transports import SteadyRolling, mirrored
 
 
+def computed_when_read(response: ContactResponse, plan: Plan) -> bool:
+    """True of theories, but for their steps, which would keep what all of them take."""
+    return plan.is_formula and not isinstance(response.disc.loading.motion, TimeStep)
+
+
 def solution_of(
     scene: Scene,
     response: ContactResponse,
@@ -52,7 +57,7 @@ def solution_of(
         approach = math.nan
     areas = response.areas
     fields: dict[str, Any]
-    if plan.is_formula and not isinstance(disc.loading.motion, TimeStep):
+    if computed_when_read(response, plan):
         fields = {name: partial(field, response, plan) for name, field in FIELDS.items()}
     else:
         fields = {name: field(response, plan) for name, field in FIELDS.items()}

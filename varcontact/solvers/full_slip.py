@@ -46,10 +46,13 @@ def full_slip(
         check_time(settings.deadline)
         count += 1
         shift = elastic(traction) + problem.rigid_shift
-        # where one goes with its shift, some stick
-        if not np.all(np.sum(traction * shift, axis=0) < 0):
+        size = magnitude(shift)
+        if not size.min() > 0:
             return None
-        against = shift * (-problem.bound / magnitude(shift))
+        # where one goes with its shift, some stick; a start may, where the contact is new
+        if start is None and np.any(np.sum(traction * shift, axis=0) > 0):
+            return None
+        against = shift * (-problem.bound / size)
         change = float(np.abs(against - traction).max() / largest)
         traction = against
         if settings.stats.traces:

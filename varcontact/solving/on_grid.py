@@ -23,7 +23,7 @@ from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.stick_slip import ContactResponse, unit_slip, with_implied_fields
 from varcontact.errors import NotConverged, SceneError
-from varcontact.results.physical import solution_of
+from varcontact.results.physical import computed_when_read, solution_of
 from varcontact.results.plan import Plan
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
@@ -517,15 +517,13 @@ def finish(
         disc = with_implied_fields(disc, state, by_slip=True)
 
     response = ContactResponse(disc, state)
-    kept = response
-    if plan.is_formula:  # what is read later is computed from it
-        kept = response.without_matrices()
-    certificate, residual = _certified(kept, solver)
+    if computed_when_read(response, plan):
+        response = response.without_matrices()
+    certificate, residual = _certified(response, solver)
 
     # the solution in physical units
     if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         plan = _with_reasons_of(state, plan)
-        response = kept
     converged = residual <= solver.tol
     solution = solution_of(scene, response, plan, certificate, converged, solver.stats)
     if not solution.converged:
@@ -544,8 +542,10 @@ def _certified(
     plan = solver.plan
     # bounds often take longer than the solution, and are not always asked for
     lazily = solver.certify == "auto"
-    if lazily and plan.is_formula:
-        return partial(_certificate, response, plan, "auto", lazily), 0.0
+    if lazily and computed_when_read(response, plan):
+        # of its own, which goes when it is read
+        alone = response.without_matrices()
+        return partial(_certificate, alone, plan, "auto", lazily), 0.0
     with solver.stats.stage("certificate"):
         certificate = _certificate(response, plan, solver.certify, lazily)
     residual = _residual_of_plan(plan, response.disc, response.state, certificate)

@@ -65,8 +65,6 @@ NEWTON_ABOVE = 140
 matrix, below by TANG (docs/speed.md)."""
 NEWTON_ABOVE_NORMAL = 400
 """The same for the normal problem, below by NORM."""
-NEWTON_ABOVE_IN_STEPS = 300
-"""The same for the tangential problem of a history, whose steps begin from the step before."""
 NEWTON_ABOVE_UNLIKE = 120
 """The same for unlike bodies, whose pressure and tractions Newton's method finds together."""
 MOST_BY_ACTIVE_SETS = 2000
@@ -242,8 +240,7 @@ def _preset_by_size(scene: Scene, requested: Methods) -> Preset:
     # like bodies
     if elements > NEWTON_ABOVE_NORMAL:
         return NEWTON
-    limit = NEWTON_ABOVE_IN_STEPS if isinstance(motion, Transient) else NEWTON_ABOVE
-    if count > limit and not scene.frictionless:
+    if count > NEWTON_ABOVE and not scene.frictionless:
         return NEWTON_TRACTIONS
     return PRESETS["auto"]
 

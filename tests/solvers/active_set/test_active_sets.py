@@ -239,6 +239,11 @@ def test_full_slip_by_products_is_the_answer_of_newtons_method(seed, tangential_
     assert tangential_residual(problem, found.traction, found.rigid) < 1e-11
     # from the answer one product more
     assert full_slip(problem, Settings(), found).iterations <= 2
+    # an element that is new to the contact has no traction yet
+    traction = found.traction.copy()
+    traction[:, problem.size // 2] = 0.0
+    again = full_slip(problem, Settings(), dataclasses.replace(found, traction=traction))
+    np.testing.assert_allclose(again.traction, found.traction, atol=1e-12 * largest)
 
 
 def test_what_sticks_is_left_to_newtons_method(tangential_problem):

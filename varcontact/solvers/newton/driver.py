@@ -50,7 +50,7 @@ GCR_TOL_MIN = 1e-5
 """Relative residuals of the linear equations, at most and at least."""
 GCR_TOL_FACTOR = 3.0
 """Residual that the linear equations are to leave, divided by the square of that before the step:
-Newton's method leaves some times the square."""
+Newton's method leaves a few times the square."""
 LAST_STEP_PART = 0.3
 """Part of the goal that the linear equations of the last step are to leave."""
 LACKING_PART = 0.01

@@ -240,21 +240,22 @@ def parzen(t: np.ndarray) -> np.ndarray:
 def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
     """The kernel of a box from the first offsets of an operator's table, which remembers it."""
     kept: dict[tuple[int, int], Kernel] = operator.kernels
-    known = kept.get(shape)
-    if known is not None:
-        return known
+    made = kept.pop(shape, None) or _of_table(operator, shape)
+    kept[shape] = made
+    # solves in other threads have the same
+    for oldest in list(kept)[:-KERNELS]:
+        kept.pop(oldest, None)
+    return made
+
+
+def _of_table(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
     ny, nx = shape
     rows, columns = operator.shape
     table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
     blocks = [table[0, 0]] if len(table) == 1 else [table[0, 0], table[0, 1], table[1, 1]]
     period = operator.period[0] and ny == rows, operator.period[1] and nx == columns
     numbers = (np.array(blocks) / unit(operator)).astype(np.float32)
-    made = Kernel(numbers, period)
-    kept[shape] = made
-    # solves in other threads have the same
-    for oldest in list(kept)[:-KERNELS]:
-        kept.pop(oldest, None)
-    return made
+    return Kernel(numbers, period)
 
 
 def product_and_plain(
