@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from varcontact.elasticity.fft_products import (
     by_symbol,
@@ -105,6 +106,8 @@ class GridOperator:
         n = elements.size
         m = loaded.size
         tables = self.table.reshape(rows, columns, -1)
+        if _without_gaps(place) and _without_gaps(back):
+            return _along_a_row(tables, place[0] - back[0], n, m)
         matrix = np.empty((rows, n, columns, m))
         # their offsets take as much memory as a block of the matrix
         for first in range(0, n, ROWS_AT_ONCE):
@@ -278,6 +281,21 @@ class GridOperator:
     @lazy_property
     def _single_symbol(self) -> np.ndarray:
         return self._symbol.astype(np.complex64)
+
+
+def _without_gaps(places: np.ndarray) -> bool:
+    """True of elements one after the other in a row."""
+    return places.size > 0 and bool((places[1:] - places[:-1] == 1).all())
+
+
+def _along_a_row(tables: np.ndarray, first: int, n: int, m: int) -> np.ndarray:
+    """The matrix between n elements and m loaded ones without gaps, whose first ones are at an
+    offset: each of its rows is a window of the tables (rows, columns, offsets), backwards.
+    """
+    rows, columns, _ = tables.shape
+    backwards = np.ascontiguousarray(tables[..., first - m + 1 : first + n][..., ::-1])
+    windows = sliding_window_view(backwards, m, axis=-1)[:, :, ::-1]
+    return windows.swapaxes(1, 2).copy().reshape(rows * n, columns * m)
 
 
 @dataclass(frozen=True, eq=False)
