@@ -281,10 +281,10 @@ class Discretisation:
         scales = self.scales
         x, y = self.points
         assert motion is not None
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             shift = motion.step((self.step or 0.0) * scales.length).shift(x, y, scales.length)
             shift = (shift + self.slip_of_elements) / scales.displacement
-        if np.abs(shift).max() > SHIFT_MAX:
+        if not np.abs(shift).max() <= SHIFT_MAX:  # also of NaN
             raise _shift_too_large(motion)
         return shift
 
@@ -411,13 +411,14 @@ class Discretisation:
         beside = self.loading.beside
         if scene.loaded and not scene.loads_as(self.loading.scene):
             beside = loads_beside(scene, self.scales.length)
+        hertz = self.hertz
+        if not scene.pressed_as(self.loading.scene):
+            hertz = scene.hertz
         operators = self.operators
         if isinstance(scene.motion, TimeStep):
             operators = operators.at_end(scene.motion.dt)
         loading = changed(_loading_of(scene), beside=beside)
-        at_step = changed(
-            self, loading=loading, operators=operators, surface=surface, hertz=scene.hertz
-        )
+        at_step = changed(self, loading=loading, operators=operators, surface=surface, hertz=hertz)
         if surface is self.surface and beside is self.loading.beside:
             return at_step
         return replace(at_step, distance=at_step.undeformed_distance(self.grid))

@@ -48,6 +48,11 @@ class ContactResponse:
         return np.concatenate([self.traction, self.pressure[None]])
 
     @lazy_property
+    def judged(self) -> Discretisation:
+        """The contact under the fields that its tractions imply, by which it is judged."""
+        return with_implied_fields(self.disc, self.state)
+
+    @lazy_property
     def distance(self) -> np.ndarray:
         """Distance by the pressures, (ny, nx), dimensionless."""
         return np.asarray(self.disc.operators.normal.apply(self.pressure[None])[0])
@@ -151,7 +156,7 @@ def _areas(response: ContactResponse) -> np.ndarray:
     if state.slips is not None:
         areas[contact & state.slips] = SLIP
     elif not disc.interface.unbounded:
-        disc = with_implied_fields(disc, state)
+        disc = response.judged
         potential = disc.potential(state.pressure)
         own = response.own_influence
         trial = state.traction - response.shift / own

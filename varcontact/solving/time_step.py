@@ -393,9 +393,7 @@ class TimeStepping:
         known = before.pressure.any() and math.isfinite(before.approach)
         if scene.coupled or scene.bodies.relaxes or not known:
             return False
-        same_load = scene.normal_force == was.normal_force and scene.approach == was.approach
-        same_bodies = scene.bodies is was.bodies and scene.surface is was.surface
-        return same_load and same_bodies and scene.loads_as(was)
+        return scene.pressed_as(was)
 
     def _solved(
         self,
