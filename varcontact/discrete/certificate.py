@@ -270,7 +270,7 @@ class _Found:
     def gap(self) -> tuple[float, float]:
         """The duality gap of the tractions within the bound."""
         problem = self.problem
-        if np.all(magnitude(self.traction) <= (1 + ROUNDING) * problem.bound):
+        if (magnitude(self.traction) <= (1 + ROUNDING) * problem.bound).all():
             return gap(problem, self.traction, self.rigid, self.shift)
         return gap(problem, project(self.traction, problem.bound), self.rigid)
 

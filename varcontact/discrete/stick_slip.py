@@ -231,13 +231,12 @@ def _friction_work(response: ContactResponse) -> np.ndarray:
     rolled = motion.rolls * disc.step
     # elastic part of E and E', and the tractions p'
     elastic_end = response.elastic
-    if disc.transport.repeats or not disc.operators.medium.reciprocal:
-        traction_start = traction
-    else:
-        traction_start = np.zeros_like(traction)
     elastic_start = _elastic_shift_at_start(disc, response.acting, rolled)
     previous = disc.loading.previous_step
-    if previous is not None:
+    traction_start = traction
+    if previous is None and not disc.transport.repeats and disc.operators.medium.reciprocal:
+        traction_start = np.zeros_like(traction)
+    elif previous is not None:
         traction_start = previous.traction[:2]
         elastic_end = elastic_end - previous.displacement
         left = previous.left
