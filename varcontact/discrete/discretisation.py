@@ -195,10 +195,10 @@ class Discretisation:
         own = np.array([table[i, i, ny - 1, nx - 1] for i in (0, 1)])
         return own[:, None, None] * edge_compliance(covered)
 
-    @lazy_property
+    @property
     def points(self) -> np.ndarray:
         """Dimensionless x and y of the element centres, (2, ny, nx)."""
-        return self.lattice.centres
+        return self.operators.points
 
     @property
     def surroundings(self) -> Surroundings:

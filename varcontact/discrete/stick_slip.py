@@ -253,7 +253,8 @@ def _friction_work(response: ContactResponse) -> np.ndarray:
     # work, by the mean of both
     lost_end = traction * (rigid_end + elastic_end)
     lost_start = traction_start * (rigid_start + elastic_start)
-    return np.asarray(0.0 - 0.5 * np.sum(lost_end + lost_start, axis=0))
+    along_x, along_y = lost_end + lost_start
+    return np.asarray(0.0 - 0.5 * (along_x + along_y))
 
 
 def _elastic_shift(disc: Discretisation, fields: np.ndarray) -> np.ndarray:
@@ -297,7 +298,7 @@ def own_influence(disc: Discretisation) -> float:
     """
     if disc.frictionless:
         return 1.0
-    return disc.tangential_operator.on(np.arange(1)).diagonal
+    return disc.tangential_operator.diagonal
 
 
 def unit_slip(disc: Discretisation) -> float:

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+from numpy.lib.stride_tricks import as_strided
 
 from varcontact.elasticity.fft_products import (
     by_symbol,
@@ -189,6 +189,12 @@ class GridOperator:
         return bool(self.table[row, column].any())
 
     @lazy_property
+    def diagonal(self) -> float:
+        """Mean of an element's direct influence on itself."""
+        centre = self.table[:, :, self.table.shape[2] // 2, self.table.shape[3] // 2]
+        return float(np.trace(centre) / centre.shape[0])
+
+    @lazy_property
     def smallest(self) -> float:
         """The smallest influence number."""
         return float(self.table.min())
@@ -290,11 +296,13 @@ def _without_gaps(places: np.ndarray) -> bool:
 
 def _along_a_row(tables: np.ndarray, first: int, n: int, m: int) -> np.ndarray:
     """The matrix between n elements and m loaded ones without gaps, whose first ones are at an
-    offset: each of its rows is a window of the tables (rows, columns, offsets), backwards.
+    offset: its rows are windows of the tables (rows, columns, offsets) backwards, from the last.
     """
     rows, columns, _ = tables.shape
     backwards = np.ascontiguousarray(tables[..., first - m + 1 : first + n][..., ::-1])
-    windows = sliding_window_view(backwards, m, axis=-1)[:, :, ::-1]
+    *across, along = backwards.strides
+    shape = rows, columns, n, m
+    windows = as_strided(backwards[..., n - 1 :], shape, (*across, -along, along))
     return windows.swapaxes(1, 2).copy().reshape(rows * n, columns * m)
 
 
@@ -365,12 +373,10 @@ class RestrictedOperator:
         factor: tuple[np.ndarray, bool] = cho_factor(matrix, overwrite_a=True, check_finite=False)
         return factor
 
-    @lazy_property
+    @property
     def diagonal(self) -> float:
         """Mean of an element's direct influence on itself."""
-        table = self.grid_operator.table
-        centre = table[:, :, table.shape[2] // 2, table.shape[3] // 2]
-        return float(np.trace(centre) / centre.shape[0])
+        return self.grid_operator.diagonal
 
     @lazy_property
     def row_size(self) -> float:
