@@ -471,9 +471,10 @@ class Discretisation:
             has_bound |= possible & (self.potential(np.ones(pressure.shape)).bound > 0)
         elements = has_bound.ravel().nonzero()[0]
         # shift that the tractions do not change
-        shift = self.known_shift.reshape(2, -1)[:, elements]
+        shift = self.known_shift.reshape(2, -1).take(elements, axis=1)
         if self.K != 0:
-            shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
+            by_pressure = self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)
+            shift = shift + by_pressure.take(elements, axis=1)
         # directions in which anything moves, and the operators between them
         forces = self.tangential_forces
         directions = self._directions(shift, forces, acting)
@@ -489,7 +490,7 @@ class Discretisation:
             operator=table.on(elements, softening),
             rigid_shift=shift[list(directions)],
             potential=potential.on(elements),
-            points=self.points.reshape(2, -1)[:, elements],
+            points=self.points.reshape(2, -1).take(elements, axis=1),
             area=self.lattice.area,
             force=tuple(forces[i] for i in directions),
             symmetric=not self.transport.repeats,

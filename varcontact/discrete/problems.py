@@ -137,7 +137,7 @@ class TangentialProblem:
         the grid.
         """
         chosen = list(self.directions)
-        return traction.reshape(2, -1)[chosen][:, self.operator.elements], rigid[chosen]
+        return traction.reshape(2, -1)[chosen].take(self.operator.elements, axis=1), rigid[chosen]
 
     def on_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The reverse of `of_grid`: zero elsewhere and in other directions."""

@@ -395,7 +395,7 @@ class RestrictedOperator:
         fields = np.zeros((tractions.shape[0], ny * nx))
         fields[:, self.elements] = tractions
         whole = self.grid_operator.apply(fields.reshape(-1, ny, nx))
-        product = whole.reshape(-1, ny * nx)[:, self.elements]
+        product = whole.reshape(-1, ny * nx).take(self.elements, axis=1)
         if self.softening is None:
             return product
         return product + self.softening * tractions

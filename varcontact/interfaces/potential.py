@@ -204,7 +204,7 @@ class Potential:
         size = magnitude(traction)
         length = magnitude(shift)
         # |p| |E| + p'E
-        dot = np.sum(traction * shift, axis=0)
+        dot = (traction * shift).sum(axis=0)
         product = size * length
         turned = product + dot
         if len(traction) == 2:
