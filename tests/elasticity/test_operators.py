@@ -73,6 +73,23 @@ def test_dense_block_entry_by_entry():
             assert block[i, 3 + j] == pytest.approx(here - before, rel=1e-12, abs=1e-15)
 
 
+@pytest.mark.parametrize("grid", [GRID, STRIPS[0]])
+@pytest.mark.parametrize(
+    ("elements", "loaded"),
+    [((2, 7), (1, 9)), ((0, 9), (9, 18)), ((4, 5), (0, 9)), ((3, 12), (5, 6))],
+)
+def test_elements_without_gaps_have_the_matrix_of_others(elements, loaded, grid):
+    """As one after the other, and backwards; also from one row to the next."""
+    operator = influence_operator(grid, "xyz", "xy", nu=0.3, K=0.2, lag=0.1)
+    elements = np.arange(*elements)
+    loaded = np.arange(*loaded)
+    shape = (3, elements.size, 2, loaded.size)
+    matrix = operator.dense(elements, loaded)
+    backwards = operator.dense(elements[::-1], loaded[::-1]).reshape(shape)[:, ::-1, :, ::-1]
+    np.testing.assert_array_equal(matrix.reshape(shape), backwards)
+    assert matrix.flags.writeable
+
+
 def test_a_stencil_of_one_entry_has_its_weight():
     bodies = HalfSpaces(nu=0.3, K=0.2)
     plain = bodies.operator(GRID, "xyz", "xyz", ((0.2, 1.0),))

@@ -207,6 +207,26 @@ def test_a_start_on_another_grid_is_interpolated_on_request():
     assert difference < 0.1
 
 
+def test_the_pressure_of_a_start_on_another_grid_is_found_anew():
+    """The first steps have the same load as the start, whose pressure carries it on its own grid."""
+    coarse = scene(grid=vc.Grid(nx=8, ny=8), motion=vc.Transient(steps=1, dq=0.05, Fx=-2e-3))
+    motion = vc.Transient(steps=2, dq=0.05, Fx=-2e-3, start=vc.solve(coarse)[0], interpolate=True)
+    went_on = vc.solve(dataclasses.replace(coarse, grid=vc.Grid(nx=14, ny=14), motion=motion))
+    np.testing.assert_allclose([step.normal_force for step in went_on], 0.02, rtol=1e-12)
+
+
+def test_steps_under_one_load_have_one_pressure_in_line_contact():
+    """Its approach is not determined without a depth; each step has the certificate of the first."""
+    history = vc.solve(cylinder(vc.Transient(steps=3, dq=0.5, Fx=-0.2)))
+    first, *others = history
+    for step in others:
+        np.testing.assert_array_equal(step.pressure, first.pressure)
+        assert step.solved_by["normal"] == "hertz"
+        assert np.isnan(step.approach)
+        expected = pytest.approx(first.certificate.normal_residual, rel=1e-12)
+        assert step.certificate.normal_residual == expected
+
+
 @pytest.mark.long
 def test_memory_does_not_grow_with_the_steps(tmp_path):
     kept = []

@@ -30,7 +30,7 @@ from varcontact.discrete.residuals import (
     worst,
 )
 from varcontact.discrete.state import ContactState, means, normal_as_solved
-from varcontact.discrete.stick_slip import ContactResponse, with_implied_fields
+from varcontact.discrete.stick_slip import ContactResponse
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.html import in_rows, preformatted
 from varcontact.interfaces.potential import ROUNDING, magnitude, project
@@ -180,7 +180,7 @@ def certificate_of(
     of `LEVELS`, or "auto"; `lazily` bounds on forces are left to when they are asked for.
     """
     state = response.state
-    disc = with_implied_fields(response.disc, state)
+    disc = response.judged
     normal, pressure, approach = normal_as_solved(
         disc, state.pressure, state.approach, state.traction
     )
@@ -270,7 +270,7 @@ class _Found:
     def gap(self) -> tuple[float, float]:
         """The duality gap of the tractions within the bound."""
         problem = self.problem
-        if np.all(magnitude(self.traction) <= (1 + ROUNDING) * problem.bound):
+        if (magnitude(self.traction) <= (1 + ROUNDING) * problem.bound).all():
             return gap(problem, self.traction, self.rigid, self.shift)
         return gap(problem, project(self.traction, problem.bound), self.rigid)
 

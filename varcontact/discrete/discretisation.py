@@ -195,10 +195,10 @@ class Discretisation:
         own = np.array([table[i, i, ny - 1, nx - 1] for i in (0, 1)])
         return own[:, None, None] * edge_compliance(covered)
 
-    @lazy_property
+    @property
     def points(self) -> np.ndarray:
         """Dimensionless x and y of the element centres, (2, ny, nx)."""
-        return self.lattice.centres
+        return self.operators.points
 
     @property
     def surroundings(self) -> Surroundings:
@@ -281,10 +281,10 @@ class Discretisation:
         scales = self.scales
         x, y = self.points
         assert motion is not None
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             shift = motion.step((self.step or 0.0) * scales.length).shift(x, y, scales.length)
             shift = (shift + self.slip_of_elements) / scales.displacement
-        if np.abs(shift).max() > SHIFT_MAX:
+        if not np.abs(shift).max() <= SHIFT_MAX:  # also of NaN
             raise _shift_too_large(motion)
         return shift
 
@@ -411,13 +411,14 @@ class Discretisation:
         beside = self.loading.beside
         if scene.loaded and not scene.loads_as(self.loading.scene):
             beside = loads_beside(scene, self.scales.length)
+        hertz = self.hertz
+        if not scene.pressed_as(self.loading.scene):
+            hertz = scene.hertz
         operators = self.operators
         if isinstance(scene.motion, TimeStep):
             operators = operators.at_end(scene.motion.dt)
         loading = changed(_loading_of(scene), beside=beside)
-        at_step = changed(
-            self, loading=loading, operators=operators, surface=surface, hertz=scene.hertz
-        )
+        at_step = changed(self, loading=loading, operators=operators, surface=surface, hertz=hertz)
         if surface is self.surface and beside is self.loading.beside:
             return at_step
         return replace(at_step, distance=at_step.undeformed_distance(self.grid))
@@ -470,9 +471,10 @@ class Discretisation:
             has_bound |= possible & (self.potential(np.ones(pressure.shape)).bound > 0)
         elements = has_bound.ravel().nonzero()[0]
         # shift that the tractions do not change
-        shift = self.known_shift.reshape(2, -1)[:, elements]
+        shift = self.known_shift.reshape(2, -1).take(elements, axis=1)
         if self.K != 0:
-            shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
+            by_pressure = self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)
+            shift = shift + by_pressure.take(elements, axis=1)
         # directions in which anything moves, and the operators between them
         forces = self.tangential_forces
         directions = self._directions(shift, forces, acting)
@@ -488,7 +490,7 @@ class Discretisation:
             operator=table.on(elements, softening),
             rigid_shift=shift[list(directions)],
             potential=potential.on(elements),
-            points=self.points.reshape(2, -1)[:, elements],
+            points=self.points.reshape(2, -1).take(elements, axis=1),
             area=self.lattice.area,
             force=tuple(forces[i] for i in directions),
             symmetric=not self.transport.repeats,

@@ -6,9 +6,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from varcontact.elasticity.operators import GridOperator, Medium
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
+from varcontact.system.process import lazy_property
 from varcontact.transports import HERE, Stencil
 
 STENCILS_MAX = 4
@@ -36,6 +39,11 @@ class Operators:
     _parts: dict[tuple[Grid, Medium], Operators] = field(
         default_factory=dict, repr=False, compare=False
     )
+
+    @lazy_property
+    def points(self) -> np.ndarray:
+        """x and y of the element centres, (2, ny, nx)."""
+        return self.lattice.centres
 
     @property
     def normal(self) -> GridOperator:

@@ -14,7 +14,7 @@ import numpy as np
 from varcontact.discrete.positive_definite import PositiveDefinite, positive_definite
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Potential, magnitude
-from varcontact.system.process import changed
+from varcontact.system.process import changed, lazy_property
 
 ROUNDING = 1e-12
 """Differences of mirror images, relative to the largest value, that count as rounding."""
@@ -94,12 +94,12 @@ class TangentialProblem:
     def components(self) -> int:
         return len(self.directions)
 
-    @property
+    @lazy_property
     def free(self) -> list[int]:
         """The components whose force is prescribed and whose rigid shift is unknown."""
         return [i for i, force in enumerate(self.force) if force is not None]
 
-    @property
+    @lazy_property
     def no_slip(self) -> bool:
         return bool(np.isinf(self.bound).all())
 
@@ -137,7 +137,7 @@ class TangentialProblem:
         the grid.
         """
         chosen = list(self.directions)
-        return traction.reshape(2, -1)[chosen][:, self.operator.elements], rigid[chosen]
+        return traction.reshape(2, -1)[chosen].take(self.operator.elements, axis=1), rigid[chosen]
 
     def on_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The reverse of `of_grid`: zero elsewhere and in other directions."""

@@ -245,7 +245,7 @@ def gap(
         return error * problem.area, relative(error, work)
     work = problem.bound @ magnitude(problem.rigid_shift + rigid[:, None])
     shares = problem.under(traction).potential.shares(traction, shift)
-    total = float(np.sum(np.maximum(shares, 0.0)))
+    total = float(np.maximum(shares, 0.0).sum())
     return total * problem.area, relative(total, float(work))
 
 

@@ -74,6 +74,12 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
     if not pressure.any():
         raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
+    return changed(state, pressure=pressure / disc.scales.pressure, approach=hertz_approach(disc))
+
+
+def hertz_approach(disc: Discretisation) -> float:
+    """The approach of Hertz's contact, dimensionless."""
+    assert disc.hertz is not None
     approach = disc.hertz.approach
     if disc.grid.line:  # from the depth that its influence numbers have
         assert isinstance(disc.bodies, Bodies)
@@ -82,8 +88,7 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
         if depth is None:
             depth = FREE_DEPTH * disc.scales.length
         approach = line_contact(disc.hertz.Rx, disc.bodies, a=disc.hertz.a).approach(depth)
-    approach = (approach - disc.base) / disc.scales.displacement
-    return changed(state, pressure=pressure / disc.scales.pressure, approach=approach)
+    return (approach - disc.base) / disc.scales.displacement
 
 
 def cells_of(edge: str, line: bool) -> Cells:

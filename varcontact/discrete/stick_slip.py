@@ -48,6 +48,11 @@ class ContactResponse:
         return np.concatenate([self.traction, self.pressure[None]])
 
     @lazy_property
+    def judged(self) -> Discretisation:
+        """The contact under the fields that its tractions imply, by which it is judged."""
+        return with_implied_fields(self.disc, self.state)
+
+    @lazy_property
     def distance(self) -> np.ndarray:
         """Distance by the pressures, (ny, nx), dimensionless."""
         return np.asarray(self.disc.operators.normal.apply(self.pressure[None])[0])
@@ -151,7 +156,7 @@ def _areas(response: ContactResponse) -> np.ndarray:
     if state.slips is not None:
         areas[contact & state.slips] = SLIP
     elif not disc.interface.unbounded:
-        disc = with_implied_fields(disc, state)
+        disc = response.judged
         potential = disc.potential(state.pressure)
         own = response.own_influence
         trial = state.traction - response.shift / own
@@ -226,13 +231,12 @@ def _friction_work(response: ContactResponse) -> np.ndarray:
     rolled = motion.rolls * disc.step
     # elastic part of E and E', and the tractions p'
     elastic_end = response.elastic
-    if disc.transport.repeats or not disc.operators.medium.reciprocal:
-        traction_start = traction
-    else:
-        traction_start = np.zeros_like(traction)
     elastic_start = _elastic_shift_at_start(disc, response.acting, rolled)
     previous = disc.loading.previous_step
-    if previous is not None:
+    traction_start = traction
+    if previous is None and not disc.transport.repeats and disc.operators.medium.reciprocal:
+        traction_start = np.zeros_like(traction)
+    elif previous is not None:
         traction_start = previous.traction[:2]
         elastic_end = elastic_end - previous.displacement
         left = previous.left
@@ -249,7 +253,8 @@ def _friction_work(response: ContactResponse) -> np.ndarray:
     # work, by the mean of both
     lost_end = traction * (rigid_end + elastic_end)
     lost_start = traction_start * (rigid_start + elastic_start)
-    return np.asarray(0.0 - 0.5 * np.sum(lost_end + lost_start, axis=0))
+    along_x, along_y = lost_end + lost_start
+    return np.asarray(0.0 - 0.5 * (along_x + along_y))
 
 
 def _elastic_shift(disc: Discretisation, fields: np.ndarray) -> np.ndarray:
@@ -293,7 +298,7 @@ def own_influence(disc: Discretisation) -> float:
     """
     if disc.frictionless:
         return 1.0
-    return disc.tangential_operator.on(np.arange(1)).diagonal
+    return disc.tangential_operator.diagonal
 
 
 def unit_slip(disc: Discretisation) -> float:

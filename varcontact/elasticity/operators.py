@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 
 from varcontact.elasticity.fft_products import (
     by_symbol,
@@ -105,6 +106,8 @@ class GridOperator:
         n = elements.size
         m = loaded.size
         tables = self.table.reshape(rows, columns, -1)
+        if _without_gaps(place) and _without_gaps(back):
+            return _along_a_row(tables, place[0] - back[0], n, m)
         matrix = np.empty((rows, n, columns, m))
         # their offsets take as much memory as a block of the matrix
         for first in range(0, n, ROWS_AT_ONCE):
@@ -184,6 +187,12 @@ class GridOperator:
     def couples(self, row: int, column: int) -> bool:
         """True where tractions along a direction (`column`) move anything along another (`row`)."""
         return bool(self.table[row, column].any())
+
+    @lazy_property
+    def diagonal(self) -> float:
+        """Mean of an element's direct influence on itself."""
+        centre = self.table[:, :, self.table.shape[2] // 2, self.table.shape[3] // 2]
+        return float(np.trace(centre) / centre.shape[0])
 
     @lazy_property
     def smallest(self) -> float:
@@ -280,6 +289,23 @@ class GridOperator:
         return self._symbol.astype(np.complex64)
 
 
+def _without_gaps(places: np.ndarray) -> bool:
+    """True of elements one after the other in a row."""
+    return places.size > 0 and bool((places[1:] - places[:-1] == 1).all())
+
+
+def _along_a_row(tables: np.ndarray, first: int, n: int, m: int) -> np.ndarray:
+    """The matrix between n elements and m loaded ones without gaps, whose first ones are at an
+    offset: its rows are windows of the tables (rows, columns, offsets) backwards, from the last.
+    """
+    rows, columns, _ = tables.shape
+    backwards = np.ascontiguousarray(tables[..., first - m + 1 : first + n][..., ::-1])
+    *across, along = backwards.strides
+    shape = rows, columns, n, m
+    windows = as_strided(backwards[..., n - 1 :], shape, (*across, -along, along))
+    return windows.swapaxes(1, 2).copy().reshape(rows * n, columns * m)
+
+
 @dataclass(frozen=True, eq=False)
 class RestrictedOperator:
     """A `GridOperator` between n elements only, named by their places on the grid, row by row.
@@ -347,12 +373,10 @@ class RestrictedOperator:
         factor: tuple[np.ndarray, bool] = cho_factor(matrix, overwrite_a=True, check_finite=False)
         return factor
 
-    @lazy_property
+    @property
     def diagonal(self) -> float:
         """Mean of an element's direct influence on itself."""
-        table = self.grid_operator.table
-        centre = table[:, :, table.shape[2] // 2, table.shape[3] // 2]
-        return float(np.trace(centre) / centre.shape[0])
+        return self.grid_operator.diagonal
 
     @lazy_property
     def row_size(self) -> float:
@@ -371,7 +395,7 @@ class RestrictedOperator:
         fields = np.zeros((tractions.shape[0], ny * nx))
         fields[:, self.elements] = tractions
         whole = self.grid_operator.apply(fields.reshape(-1, ny, nx))
-        product = whole.reshape(-1, ny * nx)[:, self.elements]
+        product = whole.reshape(-1, ny * nx).take(self.elements, axis=1)
         if self.softening is None:
             return product
         return product + self.softening * tractions

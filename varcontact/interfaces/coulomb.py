@@ -37,7 +37,7 @@ class Coulomb(Interface):
 
     @lazy_property
     def frictionless(self) -> bool:
-        return not np.any(self.ratio)
+        return not np.count_nonzero(self.ratio)
 
     @lazy_property
     def unbounded(self) -> bool:

@@ -204,14 +204,14 @@ class Potential:
         size = magnitude(traction)
         length = magnitude(shift)
         # |p| |E| + p'E
-        dot = np.sum(traction * shift, axis=0)
+        dot = (traction * shift).sum(axis=0)
         product = size * length
-        cross = np.zeros_like(size)
+        turned = product + dot
         if len(traction) == 2:
             cross = traction[0] * shift[1] - traction[1] * shift[0]
-        against = dot < 0
-        small = cross * (cross / np.where(against, product - dot, 1.0))
-        turned = np.where(against, small, product + dot)
+            against = dot < 0
+            small = cross * (cross / np.where(against, product - dot, 1.0))
+            turned = np.where(against, small, turned)
         # the rest without a flow, by the slack of the bound
         if self.flow is None:
             return np.asarray(_slack(self.bound, size) * length + turned)

@@ -180,19 +180,21 @@ def _creepage(
 
 def _undetermined_creepage(scene: Scene, disc: Discretisation, state: ContactState) -> np.ndarray:
     """True for the directions (2,) in which a force determines no creepage."""
-    undetermined = np.full(2, disc.frictionless or not state.pressure.any())
-    # where the rigid shift has no reference, a force that changes leaves its shift open
     motion = disc.loading.motion
-    if scene.shift_undetermined and not isinstance(motion, Steady):
-        before = np.zeros(2)
-        if disc.loading.previous_step is not None:
-            before = disc.loading.previous_step.force
-        force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
-        # a force of zero is zero to that
-        rounding = 1e-14 * state.pressure.sum() * disc.lattice.area
-        changed = np.abs(force - before) > 1e-9 * np.abs(force) + rounding
-        undetermined |= isinstance(motion, Shift) | changed
-    return undetermined
+    if disc.frictionless or not state.pressure.any():
+        return np.array([True, True])
+    if not scene.shift_undetermined or isinstance(motion, Steady):
+        return np.array([False, False])
+    # where the rigid shift has no reference, a force that changes leaves its shift open
+    if isinstance(motion, Shift):
+        return np.array([True, True])
+    force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
+    change = force
+    if disc.loading.previous_step is not None:
+        change = force - disc.loading.previous_step.force
+    # a force of zero is zero to that
+    rounding = 1e-14 * state.pressure.sum() * disc.lattice.area
+    return np.asarray(np.abs(change) > 1e-9 * np.abs(force) + rounding)
 
 
 def rolling_resistance(sol: Solution) -> float:

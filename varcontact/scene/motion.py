@@ -255,11 +255,13 @@ class TimeStep:
         """Rigid shift of body 1 over body 2 in the step (75), at `x`, `y` in units of `length`, (2,
         ...) [length].
         """
-        spin = self.spin * length
-        turn = self.rotation * length
-        along = x + self.spin_offset * self.direction * self.dq / length
-        rolling = np.array([self.vx - spin * y, self.vy + spin * along]) * self.dq
-        return rolling + np.array([self.ux - turn * y, self.uy + turn * x])
+        dq = self.dq
+        turned = (self.spin * dq + self.rotation) * length
+        # by spin along the way
+        sideways = self.spin * dq * self.spin_offset * self.direction * dq
+        along_x = self.vx * dq + self.ux - turned * y
+        along_y = self.vy * dq + self.uy + sideways + turned * x
+        return np.array([along_x, along_y])
 
 
 Motion = Steady | Shift | TimeStep

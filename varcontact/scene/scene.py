@@ -226,6 +226,17 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         """
         return self.loads is other.loads and self.displacements is other.displacements
 
+    def pressed_as(self, other: Scene[Any]) -> bool:
+        """True where bodies, surface and load are those of another scene, also beside the contact.
+
+        Parameters
+        ----------
+        other : Scene
+        """
+        same_load = self.normal_force == other.normal_force and self.approach == other.approach
+        same_bodies = self.bodies is other.bodies and self.surface is other.surface
+        return same_load and same_bodies and self.loads_as(other)
+
     @lazy_property
     def raised(self) -> bool:
         """True where loads beside the contact change the undeformed distance, or prescribed

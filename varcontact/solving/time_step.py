@@ -22,7 +22,13 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
-from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
+from varcontact.discrete.state import (
+    ContactState,
+    divided,
+    hertz_approach,
+    unloaded,
+    with_subgrid,
+)
 from varcontact.discrete.stick_slip import STICK, ContactResponse, unit_slip
 from varcontact.elasticity.beside import LoadsBeside, loads_beside
 from varcontact.elasticity.fft_products import table_bytes
@@ -201,7 +207,8 @@ class TimeStepping:
         placed = {"traction": fields[:2], "pressure": fields[2], "power_density": fields[3]}
         placed |= {"slip": fields[4:]}
         placed |= {"state": sampled(start.grid, start.state, grid)}
-        return replace(start, grid=grid, **placed, pressure_on_parts=None, carried={})
+        # its pressure is no solution on this grid
+        return replace(start, grid=grid, **placed, pressure_on_parts=None, carried={}, solved_by={})
 
     def _check_past(self, start: Solution) -> None:
         if start.memory is None or start.scene.bodies != self.scene.bodies:
@@ -390,12 +397,12 @@ class TimeStepping:
         was = before.scene
         if not isinstance(was.motion, TimeStep) or before.pressure_on_parts is not None:
             return False
-        known = before.pressure.any() and math.isfinite(before.approach)
-        if scene.coupled or scene.bodies.relaxes or not known:
+        normal = before.solved_by.get("normal")
+        solved = before.pressure.any() and normal is not None
+        known = normal == "hertz" or math.isfinite(before.approach)
+        if scene.coupled or scene.bodies.relaxes or not (solved and known):
             return False
-        same_load = scene.normal_force == was.normal_force and scene.approach == was.approach
-        same_bodies = scene.bodies is was.bodies and scene.surface is was.surface
-        return same_load and same_bodies and scene.loads_as(was)
+        return scene.pressed_as(was)
 
     def _solved(
         self,
@@ -423,7 +430,7 @@ class TimeStepping:
             response = ContactResponse(disc, state)
             return solution_of(scene, response, steps.plan, exact, True, steps.stats)
         if before is not None and self._keeps_pressure(scene, before):
-            state = changed(state, solved_by={"normal": before.solved_by["normal"]})
+            state = _with_pressure_before(disc, state, before)
         else:
             disc, state = _with_pressure(disc, state, steps, cells)
         state = contact(disc, steps, state)
@@ -440,6 +447,17 @@ class TimeStepping:
             *disc.interface.warnings(response, disc.surroundings),
         ]
         return changed(solution, warnings=(*solution.warnings, *filter(None, sentences)))
+
+
+def _with_pressure_before(
+    disc: Discretisation, state: ContactState, before: Solution
+) -> ContactState:
+    """The contact with the pressure of the step before, which the state has."""
+    normal = before.solved_by["normal"]
+    approach = state.approach
+    if normal == "hertz":  # also where a solution has none
+        approach = hertz_approach(disc)
+    return changed(state, approach=approach, solved_by={"normal": normal})
 
 
 def _with_pressure(
@@ -522,8 +540,7 @@ def initial_state(
 
 def _known(creepage: Sequence[float]) -> np.ndarray:
     """Creepages along x and y; zero where they are not unique."""
-    along = np.array(creepage[:2])
-    return np.where(np.isnan(along), 0.0, along)
+    return np.array([0.0 if math.isnan(each) else each for each in creepage[:2]])
 
 
 def _rolled_in_contact(step: Solution | None) -> bool:

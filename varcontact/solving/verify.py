@@ -168,7 +168,7 @@ def _rounding(disc: Discretisation, state: ContactState) -> float:
     coefficients = np.ravel(1.0 if coefficient is None else coefficient)
     least = float(np.min(coefficients[coefficients > 0], initial=1.0))
     far = 10 * float(np.spacing(abs(disc.base))) / disc.scales.displacement
-    own = disc.operators.normal.on(np.arange(1)).diagonal * float(state.pressure.max())
+    own = disc.operators.normal.diagonal * float(state.pressure.max())
     return ROUNDED * (1 + abs(disc.K) / least) + far / own
 
 

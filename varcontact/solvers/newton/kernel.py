@@ -277,6 +277,6 @@ def unit(operator: GridOperator) -> float:
     of the nine elements around then.
     """
     rows, columns = operator.shape
-    own = operator.on(np.arange(1)).diagonal
+    own = operator.diagonal
     near = operator.table[:, :, max(rows - 2, 0) : rows + 1, max(columns - 2, 0) : columns + 1]
     return max(own, float(np.sqrt(np.trace(np.sum(near**2, axis=(2, 3))) / len(near))) / 2)
