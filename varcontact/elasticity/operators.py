@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
+from numpy.lib.stride_tricks import sliding_window_view
 
 from varcontact.elasticity.fft_products import (
     by_symbol,
@@ -299,11 +299,9 @@ def _along_a_row(tables: np.ndarray, first: int, n: int, m: int) -> np.ndarray:
     offset: its rows are windows of the tables (rows, columns, offsets) backwards, from the last.
     """
     rows, columns, _ = tables.shape
-    backwards = np.ascontiguousarray(tables[..., first - m + 1 : first + n][..., ::-1])
-    *across, along = backwards.strides
-    shape = rows, columns, n, m
-    windows = as_strided(backwards[..., n - 1 :], shape, (*across, -along, along))
-    return windows.swapaxes(1, 2).copy().reshape(rows * n, columns * m)
+    backwards = tables[..., first - m + 1 : first + n][..., ::-1]
+    windows = sliding_window_view(backwards, m, axis=-1)[..., ::-1, :]
+    return windows.swapaxes(1, 2).reshape(rows * n, columns * m)
 
 
 @dataclass(frozen=True, eq=False)
