@@ -301,7 +301,7 @@ def _along_a_row(tables: np.ndarray, first: int, n: int, m: int) -> np.ndarray:
     rows, columns, _ = tables.shape
     backwards = tables[..., first - m + 1 : first + n][..., ::-1]
     windows = sliding_window_view(backwards, m, axis=-1)[..., ::-1, :]
-    return windows.swapaxes(1, 2).reshape(rows * n, columns * m)
+    return windows.swapaxes(1, 2).copy().reshape(rows * n, columns * m)
 
 
 @dataclass(frozen=True, eq=False)
