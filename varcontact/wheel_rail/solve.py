@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import chain
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
@@ -82,28 +81,22 @@ def solve_wheels_on_rails(
     together = len(cases) > 1 and methods.keys().isdisjoint(("tangential", "method", "formulation"))
     going = [_Series(part, tol, methods, on_first) for part in _parts(cases)]
     while going:
-        # pressures at the next height of each
-        contacts: list[ContactOnGrid] = []
-        counts: list[int] = []
         with without_plausibility_warnings():
+            # pressures at the next height of each
+            contacts: list[ContactOnGrid] = []
+            counts: list[int] = []
             for each in going:
                 own = each.propose()
                 contacts += own
                 counts.append(len(own))
-        yield from _new_answers(going)
-        # tractions of all
-        settled = with_tractions_batched(contacts) if together else contacts
-        # forces, which tell the heights after
-        with without_plausibility_warnings():
+            # tractions of all
+            settled = with_tractions_batched(contacts) if together else contacts
+            # forces, which tell the heights after
             for each, count in zip(going, counts, strict=True):
                 each.learn([settled.pop(0) for _ in range(count)])
-        yield from _new_answers(going)
+        for each in going:
+            yield from each.new_answers()
         going = [each for each in going if not each.done]
-
-
-def _new_answers(going: Sequence[_Series]) -> Iterator[Answer]:
-    """The answers of all since they were asked last."""
-    return chain.from_iterable(each.new_answers() for each in going)
 
 
 def _parts(cases: Sequence[WheelGeometry]) -> list[dict[int, WheelGeometry]]:
