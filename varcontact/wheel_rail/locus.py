@@ -164,7 +164,8 @@ def overlap(locus: Locus, run: slice, z: float) -> Overlap:
     """
     points = np.asarray(locus.points[run] + [0.0, 0.0, z])
     depth = np.asarray(z - locus.gap[run])
-    surface = np.stack([points[:, 1], points[:, 2] - depth], axis=1)
+    surface = points[:, 1:].copy()
+    surface[:, 1] -= depth
     half_lengths = np.sqrt(2 * locus.curvature_radii[run] * np.maximum(depth, 0.0))
     width = np.ones(1)
     if depth.size > 1:
@@ -225,7 +226,8 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     c = c / length
     slope = (b / length) * along[:, 1] / along[:, 0]
     possible = np.abs(slope) < 1
-    s, y, r, slope = (each[possible] for each in (s, y, r, slope))
+    if not possible.all():
+        s, y, r, slope = (each[possible] for each in (s, y, r, slope))
     # theta = arcsin(slope) - arctan2(c, a)
     root = np.sqrt(1 - slope**2)
     sine = a * slope - c * root
@@ -241,8 +243,9 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
         raise NoContact("position.y", float(centre[1]), message=reason)
     gap = np.full(s.size, np.inf)
     angles = np.zeros(s.size)
-    gap[over] = rail.points(below[over])[:, 1] - points[over, 2]
-    angles[over] = rail.angles(below[over])
+    (_, height), (along_y, along_z) = rail.points_and_directions(below[over])
+    gap[over] = height - points[over, 2]
+    angles[over] = np.arctan2(along_z, along_y)
     return Locus(s, points, r, r, gap, angles, float(centre[2]))
 
 
