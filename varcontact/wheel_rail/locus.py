@@ -32,6 +32,9 @@ LEAST_RISE = 1e-6
 """Least rise over them [mm], below which gaps are equal."""
 BESIDE = 1e-6
 """Distance of planes from a step [mm]."""
+PRESSING_STEPS = 20
+PRESSING_TOL = 1e-4
+"""Relative error of `Locus.pressing` at the height that is found for it."""
 NEWTON_STEPS = 8
 """Newton steps to the planes."""
 
@@ -80,6 +83,27 @@ class Locus:
     def touching(self) -> float:
         """The height of the axle, z down, at which the wheel just touches the rail [mm]."""
         return float(self.gap.min())
+
+    @lazy_property
+    def _widths(self) -> np.ndarray:
+        return np.abs(np.gradient(self.points[:, 1]))
+
+    def pressing(self, z: float) -> float:
+        """The volume of the overlap at a height, divided by the root of its area [mm^2], but for a
+        factor: normal forces are nearly in proportion, those of similar ellipses exactly.
+        """
+        depth = np.maximum(z - self.gap, 0.0)
+        areas = np.sqrt(self.curvature_radii * depth) * self._widths
+        return float(depth @ areas / np.sqrt(areas.sum()))
+
+    def height_pressing(self, value: float, depth: float) -> float:
+        """The height at which `pressing` has about a value, from a `depth` near it."""
+        for _ in range(PRESSING_STEPS):
+            ratio = value / self.pressing(self.touching + depth)
+            depth *= ratio ** (2 / 3)  # of ellipses
+            if abs(ratio - 1) < PRESSING_TOL:
+                break
+        return self.touching + depth
 
     def part(self, run: slice) -> Locus:
         """The circles of a `run`, without planes across the track."""

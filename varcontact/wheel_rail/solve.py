@@ -31,12 +31,6 @@ from varcontact.wheel_rail.wheel_on_elements import (
 
 SIDE_BY_SIDE = 32
 """Parts of a sweep whose tractions are solved for at a time."""
-LARGEST_CHANGE = 0.1
-"""Change of the depth between positions, relative, from which the next one is not expected to
-follow it."""
-SMALL_CHANGE = 3e-4
-"""Change of the depth, relative, up to which the next position is near: so little of the load is
-missing (`MISSING`) that its tractions are solved for at once."""
 TARGETS = ("accuracy", "time_budget")
 Answer = tuple[int, WheelRailSolution | VarcontactError]
 """The number of a wheel, and its solution or what refuses it."""
@@ -75,7 +69,7 @@ def solve_wheels_on_rails(
 
     `on_first` is given the first, rough solution of each where grids are chosen: before time is
     spent on finer ones. Parts of them are solved side by side, with all tractions at a time; within
-    a part each begins from the one before, and as much deeper as that was than the one before it.
+    a part each begins from the one before.
     """
     methods["certify"] = certify
     together = len(cases) > 1 and methods.keys().isdisjoint(("tangential", "method", "formulation"))
@@ -137,7 +131,6 @@ class _Series:
         self._answers: dict[int, WheelRailSolution | VarcontactError] = {}
         # of the wheels before
         self._start: Start | None = None
-        self._depth = 0.0
         # of the wheel that is solved now
         self._number = -1
         self._wheel: WheelOnElements | None = None
@@ -212,14 +205,8 @@ class _Series:
         self._end()
 
     def _answer(self, solution: WheelRailSolution, operators: Sequence[Operators]) -> None:
-        """A solution, and from there the start of the next wheel: as much deeper again."""
-        depth = solution.z - solution.case.touching
-        deeper = depth - self._depth
-        near = abs(deeper) <= SMALL_CHANGE * depth
-        if abs(deeper) >= LARGEST_CHANGE * depth:
-            deeper = 0.0
-        self._depth = depth
-        self._start = Start(solution, deeper, operators, near)
+        """A solution, and the start of the next wheel."""
+        self._start = Start(solution, operators)
         self._answers[self._number] = solution
         self._end()
 
