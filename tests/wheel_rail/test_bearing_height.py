@@ -13,6 +13,7 @@ from varcontact.solving.selection import select
 from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.wheel_rail import Position, WheelOnRail
 from varcontact.wheel_rail.bearing_height import ROUNDS, BearingHeight
+from varcontact.wheel_rail.locus import Locus
 from varcontact.wheel_rail.wheel_on_elements import WheelOnElements, patches_at
 
 LOAD = 80e3
@@ -144,6 +145,32 @@ def test_a_first_height_needs_the_load_alone(monkeypatch):
     assert calls[0] == "under"
     assert calls[-2:] == ["pressed", "with_tractions"]
     assert calls.count("under") == calls.count("pressed") == found.rounds - 1
+
+
+@pytest.mark.parametrize("load", [LOAD, 1.2 * LOAD])
+def test_a_wheel_beside_another_begins_near_its_height(load):
+    """Its first height misses the load by little, and fewer are needed."""
+    sides = {"dx": 1.0, "dy": 0.5}
+    before = wheel(3.0, **sides).solve()
+    case = wheel(3.1, vertical_force=load, **sides)
+    pressing = before.case.locus.pressing(before.z) * load / LOAD
+    z = case.locus.height_pressing(pressing, before.z - before.case.touching)
+    at_first = wheel(3.1, vertical_force=None, z=z, **sides).solve()
+    assert at_first.force[2] == pytest.approx(load, rel=0.01)
+    found = case.solve()
+    again = case.solve(start=before)
+    assert again.rounds < found.rounds
+    assert again.force == pytest.approx(found.force, rel=1e-6)
+
+
+def test_an_overlap_of_a_paraboloid_presses_by_the_power_of_hertz():
+    radii = np.full(401, 460.0)
+    across = np.linspace(-10, 10, 401)
+    points = np.stack([0.0 * across, across, 0.0 * across], axis=1)
+    gap = across**2 / (2 * 300.0)
+    locus = Locus(across, points, radii, radii, gap, 0.0 * across, 0.0)
+    assert locus.pressing(0.08) == pytest.approx(8 * locus.pressing(0.02), rel=5e-3)
+    assert locus.height_pressing(locus.pressing(0.05), 0.04) == pytest.approx(0.05, rel=1e-4)
 
 
 def test_tractions_wait_until_normal_forces_are_near_the_load():

@@ -33,8 +33,8 @@ DENSE_ELEMENTS = 160
 one by FFT."""
 
 KEPT_NUMBERS = 33_000
-"""Tables of no more blocks times elements are kept from one solve to the next, the last 32, with
-what their products and preconditioners take: at most 140 MB."""
+"""Tables of no more blocks times elements are kept from one solve to the next, the last 48, with
+what their products and preconditioners take: at most 210 MB."""
 
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
@@ -598,7 +598,7 @@ def _table_of(
     return table
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=48)
 def _kept_table(
     lattice: Grid, rows: str, columns: str, stencil: Stencil, medium: Homogeneous
 ) -> tuple[np.ndarray, dict[str, Any]]:

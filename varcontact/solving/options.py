@@ -30,7 +30,7 @@ from varcontact.solvers.interface import SolveStats
 from varcontact.solvers.trace import Trace
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.methods import AUTO, FormulationName, MethodName, Methods, taken_apart
-from varcontact.solving.pipeline import check_fits, elements_in_contact
+from varcontact.solving.pipeline import check_fits
 from varcontact.solving.selection import select
 from varcontact.system.process import changed
 from varcontact.system.progress import Progress
@@ -45,7 +45,7 @@ million at most."""
 DEFAULT_ACCURACY = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
 SAME_SIZE = 1.5
-"""Ratio of elements in contact up to which methods chosen by their number are kept."""
+"""Ratio of elements up to which methods chosen by their number are kept."""
 
 CertifyName = Literal["auto", "full", "gap", "none"]
 """Levels of the certificate."""
@@ -182,9 +182,9 @@ class SolveOptions:
         )
 
     def suit(self, scene: Scene) -> bool:
-        """True of a scene of the same kind with about as many elements: methods go by these."""
-        before, _ = elements_in_contact(self.scene)
-        now, _ = elements_in_contact(scene)
+        """True of a scene of the same kind on about as many elements: methods go by these."""
+        before = self.scene.own_grid.size
+        now = scene.own_grid.size
         return before < SAME_SIZE * now and now < SAME_SIZE * before
 
     def like(self, scene: Scene) -> SolveOptions:

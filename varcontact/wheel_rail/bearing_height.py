@@ -23,8 +23,8 @@ the next height."""
 FIRST_MISSING_UNTOLD = 0.05
 """The same where they do not."""
 MISSING = 5e-4
-"""The same where it is known what they carry in another position; and later on at least, where
-patches do not tell."""
+"""The same where they do not, and it is known what tractions carry in another position; and later
+on at least."""
 MISSING_OF_LAST = 0.2
 """The same, relative to the part that was missing when they were solved for last."""
 POWERS = 0.2, 5.0
@@ -75,10 +75,10 @@ class BearingHeight:
         first = FIRST_MISSING
         self._least_missing = tol
         if not case.patches_tell:
-            first = FIRST_MISSING_UNTOLD
+            first = MISSING if known else FIRST_MISSING_UNTOLD
             self._least_missing = MISSING
         if self._mixed:
-            self._enough = MISSING if known else first
+            self._enough = first
         self._excess = math.inf
         # where the patches of the last height bear the goal, the goal of those before, and what
         # forces changed by the step, relative to what was expected

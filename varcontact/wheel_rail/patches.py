@@ -194,28 +194,15 @@ def wheel_heights(
     """z of the wheel's surface in the frame, where lines of x and y cross: Newton's method for
     (z, s) of each.
 
-    It begins with the locus at the rows of the grid; NaN where that does not reach, and where the
-    surface faces away from the rail.
+    It begins with the circles of the locus; NaN where that does not reach, and where the surface
+    faces away from the rail.
     """
     axle = body.rotation
-    lower = np.array([0.0, 0.0, float(body.position[2]) - locus.height])
-    points = locus.points - (frame.origin - lower)
-    along, across, height = (points @ frame.axes).T
-    forward = frame.axes.T @ axle[:, 0]
-    across = across - along * forward[1] / forward[0]  # of circles at x = 0
-    run = growing(across[1:] > across[:-1], int(np.hypot(points[:, 1], points[:, 2]).argmin()))
-
-    # the locus at the rows of the grid
     grid_x, grid_y = lines
     heights = np.full((grid_y.size, grid_x.size), np.nan)
-    s, z = (
-        np.interp(grid_y, across[run], values[run], left=np.nan, right=np.nan)
-        for values in (locus.s, height)
-    )
-    reached = np.isfinite(s)
+    reached, s, z = _on_circles(locus, frame, lines, body)
     if not reached.any():
         return heights
-    s, z = (values[reached].repeat(grid_x.size) for values in (s, z))
 
     # the lines through the elements, in the axes of the axle
     to_x, to_y, down = (axle.T @ frame.axes).T
@@ -248,6 +235,40 @@ def wheel_heights(
     inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (moved < NEWTON_TOL) & (determinant > 0)
     heights[reached] = np.where(inside, z, np.nan).reshape(-1, grid_x.size)
     return heights
+
+
+def _on_circles(
+    locus: Locus, frame: Frame, lines: tuple[np.ndarray, np.ndarray], body: RigidBody
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows of a grid that the circles of a locus reach; and their s, and z in the frame, at the
+    elements there: those of the parabola along each circle.
+    """
+    grid_x, grid_y = lines
+    # points of the locus in the frame, and before the lowest points of their circles
+    centre = np.array([*body.position[:2], locus.height])
+    points = locus.points - centre
+    along, across, height = ((points - (frame.origin - body.position)) @ frame.axes).T
+    before = points @ body.rotation[:, 0]
+    # circles at x = 0
+    forward, _, down = body.rotation.T @ frame.axes
+    sideways, downhill = forward[1:] / forward[0]
+    across = across - along * sideways
+    height = height - along * downhill
+    from_origin = np.hypot(across, height)
+    run = growing(across[1:] > across[:-1], int(from_origin.argmin()))
+    across = across[run]
+    # at the elements
+    reached = (grid_y >= across[0]) & (grid_y <= across[-1])
+    rows = grid_y[reached, None]
+    along, before, radius = (
+        np.interp(rows, across, values[run]) for values in (along, before, locus.radii)
+    )
+    further = (grid_x - along) / forward[0]
+    rise = further * (before + further / 2) / radius
+    at = rows - grid_x * sideways + rise * down[1]
+    s = np.interp(at, across, locus.s[run])
+    z = np.interp(at, across, height[run]) + grid_x * downhill - rise * down[2]
+    return reached, s.ravel(), z.ravel()
 
 
 def _wheel_point(wheel: Curve | Surface, x: np.ndarray, z: np.ndarray, s: np.ndarray) -> Any:

@@ -12,13 +12,14 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
-from varcontact.system.process import lazy_property
+from varcontact.system.process import changed, lazy_property
 
 if TYPE_CHECKING:
     from varcontact.wheel_rail.track import WheelSet
 
 PLACES = ("y", "s", "pitch")
 RATES = ("pitch_rate", "lateral", "vertical", "roll_rate", "yaw_rate")
+AT_REST = RigidBody(position=np.zeros(3))
 STEEPEST = 0.5
 """Greatest angle of cant, roll and yaw [rad]."""
 
@@ -149,7 +150,8 @@ class Velocity(
             if pitch is None:
                 pitch = -self.speed / wheelset.radius
             turning = turning + position.rotation @ [0.0, pitch, 0.0]
-        return RigidBody(
+        return changed(
+            AT_REST,
             position=np.array([0.0, position.y, z - wheelset.radius]),
             rotation=position.rotation,
             velocity=np.array([self.speed, self.lateral, self.vertical]),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import chain
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
@@ -32,12 +31,6 @@ from varcontact.wheel_rail.wheel_on_elements import (
 
 SIDE_BY_SIDE = 32
 """Parts of a sweep whose tractions are solved for at a time."""
-LARGEST_CHANGE = 0.1
-"""Change of the depth between positions, relative, from which the next one is not expected to
-follow it."""
-SMALL_CHANGE = 3e-4
-"""Change of the depth, relative, up to which the next position is near: so little of the load is
-missing (`MISSING`) that its tractions are solved for at once."""
 TARGETS = ("accuracy", "time_budget")
 Answer = tuple[int, WheelRailSolution | VarcontactError]
 """The number of a wheel, and its solution or what refuses it."""
@@ -76,34 +69,28 @@ def solve_wheels_on_rails(
 
     `on_first` is given the first, rough solution of each where grids are chosen: before time is
     spent on finer ones. Parts of them are solved side by side, with all tractions at a time; within
-    a part each begins from the one before, and as much deeper as that was than the one before it.
+    a part each begins from the one before.
     """
     methods["certify"] = certify
     together = len(cases) > 1 and methods.keys().isdisjoint(("tangential", "method", "formulation"))
     going = [_Series(part, tol, methods, on_first) for part in _parts(cases)]
     while going:
-        # pressures at the next height of each
-        contacts: list[ContactOnGrid] = []
-        counts: list[int] = []
         with without_plausibility_warnings():
+            # pressures at the next height of each
+            contacts: list[ContactOnGrid] = []
+            counts: list[int] = []
             for each in going:
                 own = each.propose()
                 contacts += own
                 counts.append(len(own))
-        yield from _new_answers(going)
-        # tractions of all
-        settled = with_tractions_batched(contacts) if together else contacts
-        # forces, which tell the heights after
-        with without_plausibility_warnings():
+            # tractions of all
+            settled = with_tractions_batched(contacts) if together else contacts
+            # forces, which tell the heights after
             for each, count in zip(going, counts, strict=True):
                 each.learn([settled.pop(0) for _ in range(count)])
-        yield from _new_answers(going)
+        for each in going:
+            yield from each.new_answers()
         going = [each for each in going if not each.done]
-
-
-def _new_answers(going: Sequence[_Series]) -> Iterator[Answer]:
-    """The answers of all since they were asked last."""
-    return chain.from_iterable(each.new_answers() for each in going)
 
 
 def _parts(cases: Sequence[WheelGeometry]) -> list[dict[int, WheelGeometry]]:
@@ -144,7 +131,6 @@ class _Series:
         self._answers: dict[int, WheelRailSolution | VarcontactError] = {}
         # of the wheels before
         self._start: Start | None = None
-        self._depth = 0.0
         # of the wheel that is solved now
         self._number = -1
         self._wheel: WheelOnElements | None = None
@@ -219,14 +205,8 @@ class _Series:
         self._end()
 
     def _answer(self, solution: WheelRailSolution, operators: Sequence[Operators]) -> None:
-        """A solution, and from there the start of the next wheel: as much deeper again."""
-        depth = solution.z - solution.case.touching
-        deeper = depth - self._depth
-        near = abs(deeper) <= SMALL_CHANGE * depth
-        if abs(deeper) >= LARGEST_CHANGE * depth:
-            deeper = 0.0
-        self._depth = depth
-        self._start = Start(solution, deeper, operators, near)
+        """A solution, and the start of the next wheel."""
+        self._start = Start(solution, operators)
         self._answers[self._number] = solution
         self._end()
 

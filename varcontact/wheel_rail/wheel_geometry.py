@@ -41,6 +41,8 @@ STEEL = Bodies(G=82000.0, nu=0.28)
 STIFFEST = 1e6
 """Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
 FLAT = SampledDistance(np.zeros((1, 1)))
+STEADY = Steady()
+ONE_ELEMENT = Grid(nx=1, ny=1, dx=1.0, dy=1.0, x0=-0.5, y0=-0.5)
 MIDDLE = Position()
 ROLLING = Velocity()
 VARIES = (
@@ -354,27 +356,26 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
     @lazy_property
     def _scene(self) -> Scene[Steady]:
         """A patch of one element, whose bodies and interface are checked."""
-        inclination = None
-        rigid_slip = None
+        surface = FLAT
+        motion = STEADY
         if self.curved:
-            inclination = np.zeros(1)
+            surface = changed(FLAT, inclination=np.zeros(1))
         if self.curved or self.slip_by_element:
-            rigid_slip = np.zeros((2, 1, 1))
+            motion = changed(motion, rigid_slip=np.zeros((2, 1, 1)))
+        if self.thermal is not None or self.bodies.relaxes:
+            motion = changed(motion, speed=1.0)
         friction: Any = self.friction
         if isinstance(friction, FrictionByAngle):
             friction = 0.0
-        speed = None
-        if self.thermal is not None or self.bodies.relaxes:
-            speed = 1.0
         return Scene(
             bodies=self.bodies,
-            surface=SampledDistance(np.zeros((1, 1)), inclination=inclination),
+            surface=surface,
             approach=1.0,
             friction=friction,
             third_body=self.third_body,
             thermal=self.thermal,
-            motion=Steady(rigid_slip=rigid_slip, speed=speed),
-            grid=Grid(nx=1, ny=1, dx=1.0, dy=1.0, x0=-0.5, y0=-0.5),
+            motion=motion,
+            grid=ONE_ELEMENT,
             units=MM_N,
         )
 

@@ -45,14 +45,12 @@ COARSER = 16.0
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Begin of the search for a height: at that of a solution, so much deeper, with its
-    operators if known; `near` unless heights change much from one to the next.
+    """Begin of the search for a height: the solution of a wheel near it, with its operators if
+    known.
     """
 
     solution: WheelRailSolution
-    deeper: float = 0.0
     operators: Sequence[Operators] = ()
-    near: bool = True
 
 
 class WheelOnElements:
@@ -98,9 +96,10 @@ class WheelOnElements:
         self._before = [each.solution for each in last.patches]
         self._pressures = list(self._before)
         self._operators = start.operators
-        self._near = start.near
-        z = self._case.touching + (last.z - last.case.touching + start.deeper)
-        self._search = BearingHeight(self._case, self._tol, z, vertical_forces(last))
+        self._near = True
+        known = vertical_forces(last)
+        z = _height_near(self._case, last, known)
+        self._search = BearingHeight(self._case, self._tol, z, known)
 
     @property
     def done(self) -> bool:
@@ -352,6 +351,18 @@ def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[C
             each = replace(each, scene=with_interaction(each.scene, each.interactions))
         patches.append(each)
     return tuple(patches)
+
+
+def _height_near(case: WheelGeometry, last: WheelRailSolution, known: tuple[float, float]) -> float:
+    """The height at which the overlap presses by the load as much as that of another wheel does by
+    the forces known of it.
+    """
+    before = last.case
+    pressing = before.locus.pressing(last.z)
+    _, borne = known
+    if case.vertical_force is not None and borne > 0:
+        pressing *= case.vertical_force / borne
+    return case.locus.height_pressing(pressing, last.z - before.touching)
 
 
 def _hertzian(patch: ContactPatch, case: WheelGeometry) -> InitialGuess:

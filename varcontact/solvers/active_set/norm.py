@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution
+from varcontact.discrete.residuals import normal_residual
 from varcontact.solvers.interface import check_time, ignored
 from varcontact.solvers.trace import Follower
 
@@ -56,12 +57,12 @@ def norm(
         if tension.any():  # points 5 and 6: elements in tension leave the contact area
             contact = contact & ~tension
             continue
-        overlaps = _overlaps(problem, contact, pressure, approach)
+        elastic = problem.operator.apply(pressure[None])[0]
+        overlaps = _overlaps(problem, contact, approach, elastic)
         if not overlaps.any():  # point 7: all signs are right
-            status = "Solved"
-            break
+            return _solved(problem, pressure, approach, elastic, len(previous_areas))
         contact = contact | overlaps
-    return _raw_solution(pressure, approach, len(previous_areas), status)
+    return _unsolved(pressure, approach, len(previous_areas), status)
 
 
 def _one_at_a_time(
@@ -84,7 +85,6 @@ def _one_at_a_time(
         pressure[contact] = start.traction[contact]
     elif problem.force is not None:
         pressure[contact] = problem.force / problem.area
-    status = "MaxIterations"
     exchanges = 0
     while exchanges < max_exchanges:
         check_time(deadline)
@@ -102,26 +102,37 @@ def _one_at_a_time(
             continue
         pressure = goal
         follow(RawSolution(pressure, np.array([approach])))
-        distance = problem.distance - approach + problem.operator.apply(pressure[None])[0]
-        overlaps = _overlaps(problem, contact, pressure, approach)
+        elastic = problem.operator.apply(pressure[None])[0]
+        overlaps = _overlaps(problem, contact, approach, elastic)
         if not overlaps.any():
-            status = "Solved"
-            break
+            return _solved(problem, pressure, approach, elastic, exchanges)
         # the deepest overlap enters
-        contact[np.argmin(np.where(overlaps, distance, np.inf))] = True
-    return _raw_solution(pressure, approach, exchanges, status)
+        contact[np.argmin(np.where(overlaps, problem.distance + elastic, np.inf))] = True
+    return _unsolved(pressure, approach, exchanges, "MaxIterations")
 
 
-def _raw_solution(
-    pressure: np.ndarray, approach: float, iterations: int, status: str
+def _solved(
+    problem: NormalProblem,
+    pressure: np.ndarray,
+    approach: float,
+    elastic: np.ndarray,
+    iterations: int,
 ) -> RawSolution:
+    """The answer where all signs are right, with its residual."""
+    rigid = np.array([approach])
+    residual = normal_residual(problem, pressure, rigid, elastic)
+    return RawSolution(pressure, rigid, iterations, "Solved", residual=residual)
+
+
+def _unsolved(pressure: np.ndarray, approach: float, iterations: int, status: str) -> RawSolution:
+    """The answer where exchanges end before, without tension."""
     admissible = np.maximum(pressure, 0.0)
-    return RawSolution(admissible, np.array([approach]), iterations, status, status == "Solved")
+    return RawSolution(admissible, np.array([approach]), iterations, status, solved=False)
 
 
 def _first_contact(problem: NormalProblem, start: RawSolution | None) -> np.ndarray:
-    if start is not None and np.any(start.traction > 0):
-        return start.traction > 1e-6 * start.traction.max()
+    if start is not None and (largest := start.traction.max()) > 0:
+        return start.traction > 1e-6 * largest
     contact = np.zeros(problem.distance.size, dtype=bool)
     if problem.force is not None:
         contact[np.argmin(problem.distance)] = True
@@ -132,20 +143,21 @@ def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarra
     """Pressures that close the gap on the contact area, zero elsewhere, and the approach: point
     4.
     """
-    from scipy.linalg import lu_factor, lu_solve
-    from scipy.linalg.lapack import dpotrs
-
     pressure = np.zeros(contact.size)
     if not contact.any():
         return pressure, problem.approach or 0.0
-    inside = np.flatnonzero(contact)
+    inside = contact.nonzero()[0]
     operator = problem.operator.grid_operator.on(problem.operator.elements[inside])
     # pressures by a unit of approach, and by the distance
     right = np.array([np.ones(inside.size), problem.distance[inside]])
     if problem.symmetric:
+        from scipy.linalg.lapack import dpotrs
+
         factor, lower = operator.cholesky
         solved, _ = dpotrs(factor, right.T, lower=lower)
     else:
+        from scipy.linalg import lu_factor, lu_solve
+
         solved = lu_solve(lu_factor(operator.matrix, check_finite=False), right.T)
     by_approach, by_distance = solved.T
     if problem.approach is not None:
@@ -158,8 +170,8 @@ def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarra
 
 
 def _overlaps(
-    problem: NormalProblem, contact: np.ndarray, pressure: np.ndarray, approach: float
+    problem: NormalProblem, contact: np.ndarray, approach: float, elastic: np.ndarray
 ) -> np.ndarray:
     """Exterior elements where the bodies overlap, beyond rounding."""
-    distance = problem.distance - approach + problem.operator.apply(pressure[None])[0]
-    return ~contact & (distance < -1e-13 * float(np.abs(problem.distance - approach).max()))
+    undeformed = problem.distance - approach
+    return ~contact & (undeformed + elastic < -1e-13 * float(np.abs(undeformed).max()))
