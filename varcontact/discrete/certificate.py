@@ -203,7 +203,7 @@ def certificate_of(
     if tangential is None:
         tangential_error = float(np.any(state.traction))  # no friction can carry it: all is error
     else:
-        found = _Found.of(tangential, response)
+        found = _Judged.of(tangential, response)
         tangential_error = found.residual
     residual = worst(tangential_error, normal_error)
     if tangential is not None and tangential.size > 0:
@@ -235,7 +235,7 @@ def certificate_of(
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _Judged:
     """Tractions (c, n) of a tangential problem and the rigid shift (c,) that was found with them.
 
     `outside` is the largest traction where no friction can carry one; without any, the shift E (c,

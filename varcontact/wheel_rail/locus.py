@@ -89,15 +89,38 @@ class Locus:
         return np.abs(np.gradient(self.points[:, 1]))
 
     def pressing(self, z: float) -> float:
-        """The volume of the overlap at a height, divided by the root of its area [mm^2], but for a
-        factor: normal forces are nearly in proportion, those of similar ellipses exactly.
+        """The volume of the overlap at a height, divided by the root of its area, but for a factor:
+        normal forces are nearly in proportion, those of similar ellipses exactly.
+
+        Parameters
+        ----------
+        z : float
+            Height of the axle, downwards [mm].
+
+        Returns
+        -------
+        float
+            In mm^2.
         """
         depth = np.maximum(z - self.gap, 0.0)
         areas = np.sqrt(self.curvature_radii * depth) * self._widths
         return float(depth @ areas / np.sqrt(areas.sum()))
 
     def height_pressing(self, value: float, depth: float) -> float:
-        """The height at which `pressing` has about a value, from a `depth` near it."""
+        """The height at which `pressing` has about a value.
+
+        Parameters
+        ----------
+        value : float
+            Value of `pressing` [mm^2].
+        depth : float
+            Depth of the wheel below the height of first contact from which it is found [mm].
+
+        Returns
+        -------
+        float
+            Height of the axle, downwards [mm].
+        """
         for _ in range(PRESSING_STEPS):
             ratio = value / self.pressing(self.touching + depth)
             depth *= ratio ** (2 / 3)  # of ellipses

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, ClassVar, Literal, Self, cast
 
 import numpy as np
@@ -19,7 +20,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
-from varcontact.system.process import changed, lazy_property, one_blas_thread
+from varcontact.system.process import changed, lazy_property, on_demand, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, Overlap, contact_locus, varied_locus
 from varcontact.wheel_rail.patches import (
@@ -41,6 +42,7 @@ STEEL = Bodies(G=82000.0, nu=0.28)
 STIFFEST = 1e6
 """Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
 FLAT = SampledDistance(np.zeros((1, 1)))
+"""Samples over a plane, which have been checked: those of patches are like them."""
 STEADY = Steady()
 ONE_ELEMENT = Grid(nx=1, ny=1, dx=1.0, dy=1.0, x0=-0.5, y0=-0.5)
 MIDDLE = Position()
@@ -59,7 +61,7 @@ ELEMENT = 0.5
 """Sides of an element [mm] where neither they nor an accuracy are given."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ContactPatch:
     """One contact patch of a wheel on a rail.
 
@@ -96,17 +98,11 @@ class ContactPatch:
     frame: Frame
     on_rail: np.ndarray
     on_wheel: np.ndarray
+    rolling_radius: on_demand[float] = field(default=on_demand())
     creepage: Creepages
     approach: float
     scene: Scene
     interactions: Interactions
-    _wheel: tuple[Curve, float]  # section of the wheel, and the origin's y there
-
-    @lazy_property
-    def rolling_radius(self) -> float:
-        """Rolling radius of the undeformed wheel at the origin [mm]."""
-        curve, y = self._wheel
-        return float(curve.points(curve.at(np.array([y])))[0, 1])
 
     @property
     def in_plane(self) -> bool:
@@ -328,6 +324,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         elif self.curved:
             sampled = SampledDistance(surface.distance, inclination=inclination)
         else:
+            surface.distance.setflags(write=False)
             sampled = changed(FLAT, h=surface.distance)
         entries: dict[str, Any] = {
             "surface": sampled,
@@ -346,11 +343,11 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             frame=frame,
             on_rail=on_rail,
             on_wheel=on_wheel,
+            rolling_radius=partial(_height_of_section, *sections["wheel"]),
             creepage=creepage,
             approach=surface.approach,
             scene=scene,
             interactions=interactions,
-            _wheel=sections["wheel"],
         )
 
     @lazy_property
@@ -554,6 +551,11 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
         bodies = (self._rail_body, body)
         return creepages_of(bodies, (frame.origin, particle), frame, moving)
+
+
+def _height_of_section(section: Curve, y: float) -> float:
+    """The height of a section of the wheel below its axle, which is the rolling radius [mm]."""
+    return float(section.points(section.at(np.array([y])))[0, 1])
 
 
 def _at_arc_lengths(interactions: Interactions, surface: ReferenceSurface) -> Interactions:

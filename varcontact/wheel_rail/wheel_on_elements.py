@@ -80,7 +80,7 @@ class WheelOnElements:
         self._before: list[Solution] = []
         self._pressures: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
-        self._near = False
+        self._starts_near = False
         self._options: dict[int, SolveOptions] = {}
         if start is not None:
             self._begin_at(start)
@@ -96,7 +96,7 @@ class WheelOnElements:
         self._before = [each.solution for each in last.patches]
         self._pressures = list(self._before)
         self._operators = start.operators
-        self._near = True
+        self._starts_near = True
         known = vertical_forces(last)
         z = _height_near(self._case, last, known)
         self._search = BearingHeight(self._case, self._tol, z, known)
@@ -117,7 +117,7 @@ class WheelOnElements:
         while not self.done:
             self._expect_goal()
             self._move_to(self._search.propose())
-            if not self._nearly_bears():
+            if not self._press_and_check():
                 continue
             if self.patches_alone:
                 self._solutions = self._solved_alone()
@@ -147,7 +147,9 @@ class WheelOnElements:
         """The certified solution at the height that carries the load."""
         if self._contacts:
             self._solutions = [each.solution() for each in self._contacts]
-        patches = tuple(map(PatchSolution, self._patches, self._solutions))
+        # rolling radii, with which patches refer to no profile any more
+        known = [replace(each, rolling_radius=each.rolling_radius) for each in self._patches]
+        patches = tuple(map(PatchSolution, known, self._solutions))
         return WheelRailSolution(self._case, self._search.z, patches, self._search.rounds)
 
     def curved(self) -> WheelOnElements:
@@ -180,7 +182,7 @@ class WheelOnElements:
         with suppress(NotConverged, SceneError):
             z = wheel._height_by_pressures()
             self._pressures = wheel._pressures
-            self._near = True
+            self._starts_near = True
             return z
         return self._search.z
 
@@ -188,18 +190,22 @@ class WheelOnElements:
         """A height at which normal forces are near the load."""
         while not (self._search.near or self._search.expects):
             self._move_to(self._search.propose())
-            if self._tells:
-                self._load()
+            if self._patch_tells:
+                self._press_by_load()
             else:
                 self._press()
         return self._search.propose()
 
-    def _nearly_bears(self) -> bool:
-        """True if the height is given, or its pressures bear nearly the load."""
+    def _press_and_check(self) -> bool:
+        """Press the contacts at a height; True if they bear nearly the load.
+
+        The first height but one that is near by itself needs no pressure of its own: the load tells
+        the next.
+        """
         if self._case.z is not None:
             return True
-        if self._search.rounds == 1 and self._tells and not self._near:
-            self._load()
+        if self._search.rounds == 1 and self._patch_tells and not self._starts_near:
+            self._press_by_load()
             return False
         self._press()
         return self._search.near
@@ -212,14 +218,14 @@ class WheelOnElements:
         self._patches = patches
 
     @property
-    def _tells(self) -> bool:
+    def _patch_tells(self) -> bool:
         """True if the patch tells the height at which it bears a load: one alone, not too steep."""
         if not self._case.patches_tell or len(self._patches) != 1:
             return False
         (patch,) = self._patches
         return not patch.interactions and float(patch.frame.axes[2, 2]) >= LEAST_COSINE
 
-    def _load(self) -> None:
+    def _press_by_load(self) -> None:
         """The patch of a first height under the load alone, which tells the height that bears it,
         and about what it bears where it is.
         """
@@ -267,7 +273,7 @@ class WheelOnElements:
 
     def _expect_goal(self) -> None:
         """The height at which the last patch, with its elements, bears the goal of the search."""
-        if self._pressed and self._tells and not self._search.expects:
+        if self._pressed and self._patch_tells and not self._search.expects:
             self._expect(self._under_goal(self._pressed[0]))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
