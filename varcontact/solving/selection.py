@@ -227,7 +227,7 @@ def _preset_by_size(scene: Scene, requested: Methods) -> Preset:
     # active sets have half the unknowns, and along a line products by FFT gain less
     if own_image(scene):
         count /= 2
-    elif one_direction(scene):
+    elif one_direction(scene) or (scene.line and isinstance(motion, Transient)):
         count /= 2.5
     if _has_short_steps(motion, dx):
         return NEWTON if count > MOST_BY_ACTIVE_SETS else PRESETS["auto"]
