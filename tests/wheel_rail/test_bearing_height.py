@@ -139,12 +139,12 @@ def test_a_first_height_needs_the_load_alone(monkeypatch):
 
         monkeypatch.setattr(ContactOnGrid, name, call)
 
-    for name in ("under", "pressed", "with_tractions"):
+    for name in ("under", "with_pressure", "with_tractions"):
         counted(name)
     found = wheel(3.0, dx=1.0, dy=1.0).solve()
     assert calls[0] == "under"
-    assert calls[-2:] == ["pressed", "with_tractions"]
-    assert calls.count("under") == calls.count("pressed") == found.rounds - 1
+    assert calls[-2:] == ["with_pressure", "with_tractions"]
+    assert calls.count("under") == calls.count("with_pressure") == found.rounds - 1
 
 
 @pytest.mark.parametrize("load", [LOAD, 1.2 * LOAD])

@@ -152,7 +152,7 @@ def test_the_geometry_counts_as_time(clock, monkeypatch):
         raise AssertionError("solved after the budget")
 
     monkeypatch.setattr(wheel_geometry, "contact_locus", slow)
-    monkeypatch.setattr(WheelOnElements, "_begun", unsolved)
+    monkeypatch.setattr(WheelOnElements, "_with_initial_guesses", unsolved)
     with pytest.raises(SceneError, match="more seconds") as refused:
         wheel(3.0).solve(time_budget=0.1)
     assert refused.value.field == "time_budget"

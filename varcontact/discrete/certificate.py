@@ -180,7 +180,7 @@ def certificate_of(
     of `LEVELS`, or "auto"; `lazily` bounds on forces are left to when they are asked for.
     """
     state = response.state
-    disc = response.judged
+    disc = response.under_implied_fields
     normal, pressure, approach = normal_as_solved(
         disc, state.pressure, state.approach, state.traction
     )

@@ -412,7 +412,7 @@ class Discretisation:
         if scene.loaded and not scene.loads_as(self.loading.scene):
             beside = loads_beside(scene, self.scales.length)
         hertz = self.hertz
-        if not scene.pressed_as(self.loading.scene):
+        if not scene.same_normal_contact(self.loading.scene):
             hertz = scene.hertz
         operators = self.operators
         if isinstance(scene.motion, TimeStep):

@@ -48,7 +48,7 @@ class ContactResponse:
         return np.concatenate([self.traction, self.pressure[None]])
 
     @lazy_property
-    def judged(self) -> Discretisation:
+    def under_implied_fields(self) -> Discretisation:
         """The contact under the fields that its tractions imply, by which it is judged."""
         return with_implied_fields(self.disc, self.state)
 
@@ -156,7 +156,7 @@ def _areas(response: ContactResponse) -> np.ndarray:
     if state.slips is not None:
         areas[contact & state.slips] = SLIP
     elif not disc.interface.unbounded:
-        disc = response.judged
+        disc = response.under_implied_fields
         potential = disc.potential(state.pressure)
         own = response.own_influence
         trial = state.traction - response.shift / own

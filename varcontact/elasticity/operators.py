@@ -11,8 +11,8 @@ from functools import lru_cache
 from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
+from varcontact.elasticity.dense_matrix import matrix_of_table
 from varcontact.elasticity.fft_products import (
     by_symbol,
     fft_box,
@@ -35,9 +35,6 @@ one by FFT."""
 KEPT_NUMBERS = 33_000
 """Tables of no more blocks times elements are kept from one solve to the next, the last 48, with
 what their products and preconditioners take: at most 210 MB."""
-
-ROWS_AT_ONCE = 64
-"""Rows of elements of a dense matrix that are assembled in one go."""
 
 SAME_NUMBERS = 1e-13
 """Influence numbers that differ by this part of the largest one are the same."""
@@ -93,30 +90,9 @@ class GridOperator:
         ndarray, shape (rows * n, columns * m)
             Component by component: all x first, then all y.
         """
-        ny, nx = self.shape
         if loaded is None:
             loaded = elements
-        # places in a flat table are differences of those of the two elements
-        width = 2 * nx - 1
-        iy, ix = np.divmod(elements, nx)
-        jy, jx = np.divmod(loaded, nx)
-        place = iy * width + ix
-        back = jy * width + jx - (ny - 1) * width - nx + 1
-        rows, columns = self.table.shape[:2]
-        n = elements.size
-        m = loaded.size
-        tables = self.table.reshape(rows, columns, -1)
-        if _without_gaps(place) and _without_gaps(back):
-            return _along_a_row(tables, place[0] - back[0], n, m)
-        matrix = np.empty((rows, n, columns, m))
-        # their offsets take as much memory as a block of the matrix
-        for first in range(0, n, ROWS_AT_ONCE):
-            part = slice(first, first + ROWS_AT_ONCE)
-            offset = place[part, None] - back
-            for i in range(rows):
-                for j in range(columns):
-                    matrix[i, part, j] = tables[i, j].take(offset)
-        return matrix.reshape(rows * n, columns * m)
+        return matrix_of_table(self.table, self.shape, elements, loaded)
 
     @one_blas_thread()
     def apply(self, tractions: np.ndarray) -> np.ndarray:
@@ -287,21 +263,6 @@ class GridOperator:
     @lazy_property
     def _single_symbol(self) -> np.ndarray:
         return self._symbol.astype(np.complex64)
-
-
-def _without_gaps(places: np.ndarray) -> bool:
-    """True of elements one after the other in a row."""
-    return places.size > 0 and bool((places[1:] - places[:-1] == 1).all())
-
-
-def _along_a_row(tables: np.ndarray, first: int, n: int, m: int) -> np.ndarray:
-    """The matrix between n elements and m loaded ones without gaps, whose first ones are at an
-    offset: its rows are windows of the tables (rows, columns, offsets) backwards, from the last.
-    """
-    rows, columns, _ = tables.shape
-    backwards = tables[..., first - m + 1 : first + n][..., ::-1]
-    windows = sliding_window_view(backwards, m, axis=-1)[..., ::-1, :]
-    return windows.swapaxes(1, 2).copy().reshape(rows * n, columns * m)
 
 
 @dataclass(frozen=True, eq=False)

@@ -226,7 +226,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         """
         return self.loads is other.loads and self.displacements is other.displacements
 
-    def pressed_as(self, other: Scene[Any]) -> bool:
+    def same_normal_contact(self, other: Scene[Any]) -> bool:
         """True where bodies, surface and load are those of another scene, also beside the contact.
 
         Parameters
@@ -524,7 +524,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     @lazy_property
     def frictionless(self) -> bool:
         """True where no tangential traction can arise."""
-        return self.motion is None or not any(_rubs(friction) for friction in self.frictions)
+        return self.motion is None or not any(
+            _has_friction(friction) for friction in self.frictions
+        )
 
     @lazy_property
     def no_slip(self) -> bool:
@@ -655,7 +657,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         save_scene(self, path, overwrite)
 
 
-def _rubs(friction: float | np.ndarray | Law | FrictionBound | None) -> bool:
+def _has_friction(friction: float | np.ndarray | Law | FrictionBound | None) -> bool:
     """True of friction that is not zero everywhere."""
     if isinstance(friction, np.ndarray):
         return bool(np.any(friction != 0))

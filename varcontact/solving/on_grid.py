@@ -21,7 +21,7 @@ from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState, unloaded
-from varcontact.discrete.stick_slip import ContactResponse, unit_slip, with_implied_fields
+from varcontact.discrete.stick_slip import ContactResponse, with_implied_fields
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.physical import computed_when_read, solution_of
 from varcontact.results.plan import Plan
@@ -33,6 +33,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance, along_axes
 from varcontact.solving.contact_solver import ContactSolver, as_held, contact, with_normal_force
 from varcontact.solving.coupling import PASSES_MAX
+from varcontact.solving.initial_guess import InitialGuess, state_on, with_tractions_of
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
 from varcontact.system.process import changed, lazy_property
@@ -88,7 +89,7 @@ class ContactOnGrid:
         return cls(scene, disc, state, solver)
 
     @classmethod
-    def begun(
+    def with_initial_guess(
         cls,
         scene: Scene,
         options: SolveOptions,
@@ -99,9 +100,9 @@ class ContactOnGrid:
         for.
         """
         disc = discretise(scene, scene.own_grid, operators)
-        return cls(scene, disc, _on(initial_guess, disc), options.solver(scene))
+        return cls(scene, disc, state_on(initial_guess, disc), options.solver(scene))
 
-    def pressed(self) -> ContactOnGrid:
+    def with_pressure(self) -> ContactOnGrid:
         """Contact with the pressure without tractions, which lies within the elements."""
         disc, state = _pressure_alone(self.scene, self.solver, self.disc, self.state)
         adjust(self.solver.plan, disc, state, closer=False)
@@ -114,7 +115,7 @@ class ContactOnGrid:
 
     def starting_from(self, initial_guess: Solution | InitialGuess) -> ContactOnGrid:
         """Contact with the tractions of an initial guess to begin with."""
-        return changed(self, state=_with_tractions_of(initial_guess, self.disc, self.state))
+        return changed(self, state=with_tractions_of(initial_guess, self.disc, self.state))
 
     def with_tractions(self) -> ContactOnGrid:
         """Contact with the tractions that go with the pressure."""
@@ -204,7 +205,7 @@ def solve_contact(
         placed = contacts > 0
         if _same_contact(last_contact, solver, disc):
             placed = True
-            state = _on(last_contact, disc)
+            state = state_on(last_contact, disc)
         else:
             disc, state = _without_tractions(scene, solver, disc, last_contact)
         next_grid = None
@@ -250,7 +251,7 @@ def _with_start(
 ) -> ContactState:
     """The state with tractions to begin with: of an initial guess, or of another motion."""
     if initial_guess is not None:
-        return _with_tractions_of(initial_guess, disc, state)
+        return with_tractions_of(initial_guess, disc, state)
     # of like bodies on as many elements
     like = solver.plan.has_friction and disc.K == 0
     if like and traction is not None and traction.shape == (2, *disc.grid.shape):
@@ -278,7 +279,7 @@ def _without_tractions(
     """The pressure of the contact without tractions, in conformal contact under its force."""
     state = unloaded(disc.grid)
     if initial_guess is not None:
-        state = _on(initial_guess, disc)
+        state = state_on(initial_guess, disc)
     elif disc.hertz is not None and solver.plan.by_areas:
         # the contact area of half-spaces as soft
         pressure = disc.hertz.on_elements(disc.grid) / disc.scales.pressure
@@ -375,7 +376,7 @@ def _coarse_search(
         disc = discretise(replace(frictionless, surface=lowest, grid=grid), grid)
         state = unloaded(grid)
         if last_contact is not None:
-            state = _on(last_contact, disc)
+            state = state_on(last_contact, disc)
         state = coarse.pressure(disc, state)
         last_contact = InitialGuess.of(disc, state)
 
@@ -412,67 +413,6 @@ def adjust(
     if not closer:
         return None
     return potential.reduced(disc.grid, state.pressure, any_surface=with_tractions)
-
-
-@dataclass(frozen=True, eq=False)
-class InitialGuess:
-    """Contact on a grid, physical, from which that on another grid begins."""
-
-    grid: Grid
-    pressure: np.ndarray
-    approach: float
-    traction: np.ndarray
-    creepage: tuple[float, ...]
-
-    @classmethod
-    def of(cls, disc: Discretisation, state: ContactState) -> InitialGuess:
-        scales = disc.scales
-        motion = disc.loading.motion
-        creepage = (0.0, 0.0) if motion is None else state.rigid / unit_slip(disc)
-        return cls(
-            disc.grid,
-            pressure=state.pressure * scales.pressure,
-            approach=state.approach * scales.displacement + disc.base,
-            traction=state.traction * scales.pressure,
-            creepage=tuple(creepage),
-        )
-
-
-def _on(initial_guess: Solution | InitialGuess, disc: Discretisation) -> ContactState:
-    """The pressure of a contact on another grid, and its approach where the scene gives none."""
-    pressure = contact_grid.interpolated(
-        initial_guess.grid, initial_guess.pressure[None], disc.grid
-    )
-    approach = disc.loading.approach
-    if approach is None:
-        approach = initial_guess.approach
-    if np.isfinite(approach):
-        approach = (approach - disc.base) / disc.scales.displacement
-    else:
-        approach = 0.0
-    return changed(
-        unloaded(disc.grid), pressure=pressure[0] / disc.scales.pressure, approach=approach
-    )
-
-
-def _with_tractions_of(
-    initial_guess: Solution | InitialGuess, disc: Discretisation, state: ContactState
-) -> ContactState:
-    """The state with the tractions of a contact on another grid; under a law of friction they
-    choose no branch.
-    """
-    motion = disc.loading.motion
-    if motion is None or disc.sought(by_slip=True):
-        return state
-    traction = contact_grid.interpolated(initial_guess.grid, initial_guess.traction, disc.grid)
-    traction = traction / disc.scales.pressure
-    rigid = np.nan_to_num(initial_guess.creepage[:2]) * unit_slip(disc)
-    creepage_prescribed = [motion.Fx is None, motion.Fy is None]
-    return changed(
-        state,
-        traction=traction * (state.pressure > 0),
-        rigid=np.where(creepage_prescribed, 0.0, rigid),
-    )
 
 
 def _lowest_in_elements(

@@ -402,7 +402,7 @@ class TimeStepping:
         known = normal == "hertz" or math.isfinite(before.approach)
         if scene.coupled or scene.bodies.relaxes or not (solved and known):
             return False
-        return scene.pressed_as(was)
+        return scene.same_normal_contact(was)
 
     def _solved(
         self,

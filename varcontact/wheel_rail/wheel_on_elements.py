@@ -18,7 +18,8 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, SampledDistance
 from varcontact.solvers.interface import check_time
-from varcontact.solving.on_grid import ContactOnGrid, InitialGuess
+from varcontact.solving.initial_guess import InitialGuess
+from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.solve import solve
 from varcontact.theories.on_grid import THEORIES
@@ -86,7 +87,7 @@ class WheelOnElements:
             self._begin_at(start)
         # of the last height
         self._patches: tuple[ContactPatch, ...] = ()
-        self._pressed: list[ContactOnGrid] = []
+        self._pressure_contacts: list[ContactOnGrid] = []
         self._proposed: list[ContactOnGrid] = []
         self._contacts: list[ContactOnGrid] = []
         self._solutions: list[Solution] = []
@@ -230,8 +231,8 @@ class WheelOnElements:
         and about what it bears where it is.
         """
         (patch,) = self._patches
-        (begun,) = self._begun()
-        loaded = self._under_goal(begun)
+        (contact,) = self._with_initial_guesses()
+        loaded = self._under_goal(contact)
         self._operators = [loaded.disc.operators]
         about = self._search.goal * (patch.approach / loaded.approach) ** 1.5
         self._search.estimate_normal(about)
@@ -250,13 +251,13 @@ class WheelOnElements:
 
     def _press(self) -> None:
         """The contacts with their pressures, and what these bear."""
-        self._pressed = [each.pressed() for each in self._begun()]
-        self._pressures = [each.initial_guess for each in self._pressed]
-        self._operators = [each.disc.operators for each in self._pressed]
-        forces = [each.force for each in self._pressed]
+        self._pressure_contacts = [each.with_pressure() for each in self._with_initial_guesses()]
+        self._pressures = [each.initial_guess for each in self._pressure_contacts]
+        self._operators = [each.disc.operators for each in self._pressure_contacts]
+        forces = [each.force for each in self._pressure_contacts]
         self._search.learn_normal(vertical(self._frames, forces, False))
 
-    def _begun(self) -> list[ContactOnGrid]:
+    def _with_initial_guesses(self) -> list[ContactOnGrid]:
         """The contacts with the pressures that their solution begins with."""
         starts = self._pressures
         if len(starts) != len(self._patches):
@@ -268,23 +269,26 @@ class WheelOnElements:
         operators_of_each = _each_of(self._operators, scenes)
         for k, scene in enumerate(scenes):
             options = self._options_of(k, scene)
-            contacts.append(ContactOnGrid.begun(scene, options, starts[k], operators_of_each[k]))
+            contacts.append(
+                ContactOnGrid.with_initial_guess(scene, options, starts[k], operators_of_each[k])
+            )
         return contacts
 
     def _expect_goal(self) -> None:
         """The height at which the last patch, with its elements, bears the goal of the search."""
-        if self._pressed and self._patch_tells and not self._search.expects:
-            self._expect(self._under_goal(self._pressed[0]))
+        if self._pressure_contacts and self._patch_tells and not self._search.expects:
+            self._expect(self._under_goal(self._pressure_contacts[0]))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
         change a pressure.
         """
-        if not self._pressed or not all(each.keeps_pressure for each in self._pressed):
+        pressed = self._pressure_contacts
+        if not pressed or not all(each.keeps_pressure for each in pressed):
             return []
         contacts = []
         starts = _each_of(self._traction_starts, self._scenes)
-        for contact, start in zip(self._pressed, starts, strict=True):
+        for contact, start in zip(pressed, starts, strict=True):
             if start is not None:
                 contact = contact.starting_from(start)
             contacts.append(contact)

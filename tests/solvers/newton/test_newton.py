@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.residuals import gap, normal_gap, normal_residual, tangential_residual
 from varcontact.elasticity.operators import GridOperator
@@ -140,14 +141,8 @@ def test_no_step_is_spent_on_rounding(motion, steps):
     """With E in single precision where a step is to leave less than its error two more are taken:
     Kalker's spheres of figure 36, 812 elements.
     """
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Paraboloids(Rx=168.75, Ry=168.75),
-        normal_force=0.4705,
-        friction=0.4013,
-        motion=motion,
-        grid=vc.Grid(nx=32, ny=32),
-    )
+    surface = vc.Paraboloids(Rx=168.75, Ry=168.75)
+    scene = make_scene(surface, 0.4705, motion, vc.Grid(nx=32, ny=32), friction=0.4013)
     assert vc.solve(scene).iterations["tangential"] <= steps
 
 

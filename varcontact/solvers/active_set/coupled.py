@@ -65,9 +65,9 @@ def active_set_coupled(
             idle = 0
         if iterate.merit <= JUDGED_BELOW:
             answer = iterate.answer(count, "Solved", True)
-            judged = residual(answer)
-            if judged <= settings.tol:
-                return changed(answer, residual=judged)
+            measured = residual(answer)
+            if measured <= settings.tol:
+                return changed(answer, residual=measured)
     return best.answer(count, "MaxIterations", False)
 
 
