@@ -30,6 +30,14 @@ def magnitude(vectors: np.ndarray) -> np.ndarray:
     return np.asarray(np.hypot(x, y))
 
 
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Scalar products (...) of vectors (c, ...)."""
+    product: np.ndarray = a[0] * b[0]
+    for component in range(1, len(a)):
+        product += a[component] * b[component]
+    return product
+
+
 def project(trial: np.ndarray, bound: np.ndarray) -> np.ndarray:
     """Projection of tractions (c, ...) on the disks, or the intervals, of a traction bound."""
     return _shortened(trial, magnitude(trial), bound)

@@ -16,7 +16,7 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import tangential_residual
-from varcontact.interfaces.potential import magnitude, project
+from varcontact.interfaces.potential import dot, magnitude, project
 from varcontact.solvers.full_slip import full_slip
 from varcontact.solvers.interface import (
     Settings,
@@ -60,33 +60,52 @@ class PointOnAreas:
     problem: TangentialProblem
     at: RawSolution
     sticks: np.ndarray
-    # the slip elements, whose traction turns; none where there is but one component
+    # places of the stick elements (h,)
+    stuck: np.ndarray
+    # places of the slip elements, whose traction turns (t,); none where there is but one component
     turning: np.ndarray
-    # unit vectors across the tractions of these (c, t)
+    # their traction bound (t,), and unit vectors across their tractions (c, t)
+    bound: np.ndarray
     across: np.ndarray
     # E (c, n)
     shift: np.ndarray
 
     @classmethod
     def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> PointOnAreas:
-        turning = np.flatnonzero(~sticks & (problem.components > 1))
-        across = at.traction[::-1, turning] / problem.bound[turning]
+        (stuck,) = sticks.nonzero()
+        turning = stuck[:0]
+        if problem.components > 1:
+            (turning,) = (~sticks).nonzero()
+        bound = problem.bound.take(turning)
+        across = at.traction[::-1].take(turning, axis=1) / bound
         across[0] *= -1
-        return cls(problem, at, sticks, turning, across, shift_of(problem, at))
+        shift = shift_of(problem, at)
+        return cls(problem, at, sticks, stuck, turning, bound, across, shift)
+
+    @property
+    def parts(self) -> tuple[slice, slice, slice]:
+        """Places among the unknowns: of the tractions that stick, of the angles, of the rigid
+        shifts.
+        """
+        sticking = self.problem.components * self.stuck.size
+        end = sticking + self.turning.size
+        return slice(sticking), slice(sticking, end), slice(end, None)
 
     def moved(self, step: np.ndarray, part: float = 1.0) -> RawSolution:
         """A part of a step, turning the slip tractions on their bound."""
-        problem = self.problem
-        T = self.turning
+        sticking, turning, shifting = self.parts
+        if part != 1:
+            step = part * step
         traction = self.at.traction.copy()
-        rigid = self.at.rigid.copy()
-        step = part * step
-        end = step.size - len(problem.free)
-        angle = step[end - T.size : end]
-        traction[:, self.sticks] += step[: end - T.size].reshape(problem.components, -1)
-        turned = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * self.across
-        traction[:, T] = turned
-        rigid[problem.free] += step[end:]
+        traction[:, self.stuck] += step[sticking].reshape(len(traction), -1)
+        if self.turning.size:
+            angle = step[turning]
+            own = traction.take(self.turning, axis=1)
+            traction[:, self.turning] = np.cos(angle) * own + np.sin(angle) * self.bound * self.across
+        rigid = self.at.rigid
+        if self.problem.free:
+            rigid = rigid.copy()
+            rigid[self.problem.free] += step[shifting]
         return RawSolution(traction, rigid)
 
 
@@ -123,64 +142,91 @@ class Equations:
         """
         from scipy.linalg.lapack import dgetrs
 
-        problem = point.problem
-        T = point.turning
-        shift = point.shift
-        forces = [F / problem.area for F in problem.force if F is not None]
-        lacking = np.array(forces) - point.at.traction[problem.free].sum(axis=1)
-        if problem.potential.flow is not None:
-            shift = shift + flow_of(problem, point.at)[0]
-        turned = np.sum(point.across * shift[:, T], axis=0)
-        error = np.concatenate([shift[:, point.sticks].ravel(), turned, -lacking])
+        error = _errors(point)
         if self.factors is None:
             return np.zeros(error.size)
         step, _ = dgetrs(*self.factors, -error, trans=1)
-        angles = step[error.size - lacking.size - T.size : error.size - lacking.size]
+        _, turning, _ = point.parts
         if math.isfinite(turn):
+            angles = step[turning]
             np.minimum(np.maximum(angles, -turn), turn, out=angles)
         return np.asarray(step)
+
+
+def _errors(point: PointOnAreas) -> np.ndarray:
+    """Errors of Newton's equations: E where it sticks, E across the tractions that slip, the excess
+    of the forces.
+    """
+    problem = point.problem
+    shift = point.shift
+    if problem.potential.flow is not None:
+        shift = shift + flow_of(problem, point.at)[0]
+    errors = [shift.take(point.stuck, axis=1).ravel()]
+    if point.turning.size:
+        errors.append(dot(point.across, shift.take(point.turning, axis=1)))
+    if problem.free:
+        forces = [F / problem.area for F in problem.force if F is not None]
+        errors.append(point.at.traction[problem.free].sum(axis=1) - forces)
+    return np.concatenate(errors)
 
 
 def _jacobian(point: PointOnAreas) -> np.ndarray:
     """Matrix of Newton's equations: rows of the stick area, of the slip area, of the forces."""
     problem = point.problem
     n = problem.size
-    c = problem.components
-    free = problem.free
     matrix = problem.operator.matrix
-    H = np.flatnonzero(point.sticks)
     T = point.turning
     across = point.across
-    h = H.size
-    g = problem.bound[T]
-    k = c * h + T.size
-    first_rows = n * np.arange(c)[:, None]
-    stuck = (first_rows + H).ravel()
-    turning = first_rows + T
+    _, turning, _ = point.parts
     # shifts of the stick area, and across the tractions of the slip area, by all tractions
-    rows = np.empty((k, c * n))
-    rows[: c * h] = matrix[stuck]
-    rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
-    jacobian = np.zeros((k + len(free), k + len(free)))
-    # by the stick tractions, with what flows within the bound
-    jacobian[:k, : c * h] = rows.take(stuck, axis=1)
+    sticking = [component * n + point.stuck for component in range(problem.components)]
+    places = np.concatenate([*sticking, T])
+    rows = matrix.take(places, axis=0)
+    if T.size:
+        of_y = matrix.take(n + T, axis=0)
+        rows[turning] = across[0, :, None] * rows[turning] + across[1, :, None] * of_y
+    # by the stick tractions, and by the angles of the slip tractions, which turn E's part themselves
+    jacobian = rows.take(places, axis=1)
+    if T.size:
+        by_y = rows.take(n + T, axis=1)
+        change = point.bound * across
+        jacobian[:, turning] = change[0] * jacobian[:, turning] + change[1] * by_y
+        angles = np.arange(turning.start, turning.stop)
+        jacobian[angles, angles] += magnitude(point.shift.take(T, axis=1))
     if problem.potential.flow is not None:
-        _, along, direction = flow_of(problem, point.at)
-        for i, j in np.ndindex(c, c):
-            block = along[1] * (i == j) + (along[0] - along[1]) * direction[i] * direction[j]
-            jacobian[i * h + np.arange(h), j * h + np.arange(h)] += block[H]
-    # by the directions of the slip tractions
-    jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
-    slip_rows = np.arange(c * h, k)
-    jacobian[slip_rows, slip_rows] += magnitude(point.shift[:, T])
-    # by the rigid shifts that are unknown, and the sums of tractions that are prescribed
-    for i, component in enumerate(free):
-        part = slice(component * h, (component + 1) * h)
-        jacobian[part, k + i] = 1.0
-        jacobian[k + i, part] = 1.0
-        jacobian[c * h : k, k + i] = across[component]
-        jacobian[k + i, c * h : k] = g * across[component]
+        _add_flow(jacobian, point)
+    if problem.free:
+        return _with_forces(jacobian, point)
     return jacobian
+
+
+def _add_flow(jacobian: np.ndarray, point: PointOnAreas) -> None:
+    """The derivatives of what flows within the bound, added to the rows of the stick area."""
+    _, along, direction = flow_of(point.problem, point.at)
+    h = point.stuck.size
+    c = len(direction)
+    for i, j in np.ndindex(c, c):
+        block = along[1] * (i == j) + (along[0] - along[1]) * direction[i] * direction[j]
+        jacobian[i * h + np.arange(h), j * h + np.arange(h)] += block[point.stuck]
+
+
+def _with_forces(jacobian: np.ndarray, point: PointOnAreas) -> np.ndarray:
+    """The matrix with columns of the rigid shifts that are unknown, and rows of the sums of
+    tractions that are prescribed.
+    """
+    free = point.problem.free
+    h = point.stuck.size
+    _, turning, shifting = point.parts
+    bordered = np.zeros((shifting.start + len(free), shifting.start + len(free)))
+    bordered[: shifting.start, : shifting.start] = jacobian
+    for place, component in enumerate(free, start=shifting.start):
+        part = slice(component * h, (component + 1) * h)
+        bordered[part, place] = 1.0
+        bordered[place, part] = 1.0
+        if point.turning.size:
+            bordered[turning, place] = point.across[component]
+            bordered[place, turning] = point.bound * point.across[component]
+    return bordered
 
 
 def shift_of(problem: TangentialProblem, at: RawSolution) -> np.ndarray:
@@ -419,7 +465,7 @@ def _on_areas(
         at = point.moved(Equations.of(point).step(point))
         point = PointOnAreas.of(problem, sticks, at)
         shift = point.shift + problem.potential.flowed(at.traction)
-        turned = np.sum(point.across * shift[:, point.turning], axis=0)
+        turned = dot(point.across, shift.take(point.turning, axis=1))
         largest = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0))
         error = largest / scale
     return at, count, bool(error < max(tol, NEWTON_ROUNDING))
@@ -478,7 +524,8 @@ def _newton_step(
     """
     # areas anew, and Newton's equations unless the last ones still serve
     sticks = ~problem.potential.slips(iterate.trial, problem.operator.row_size)
-    begin = _on_bound(problem, sticks, iterate.at, iterate.trial)
+    traction = np.where(sticks, iterate.at.traction, iterate.image)
+    begin = RawSolution(traction, iterate.at.rigid)
     point = PointOnAreas.of(problem, sticks, begin)
     if equations is None or (sticks != equations.sticks).any():
         equations = Equations.of(point)
@@ -491,13 +538,14 @@ def _newton_step(
 
 @dataclass(frozen=True, eq=False)
 class _Iterate:
-    """A point of the descent, its shift E and trial tractions (c, n), and the norm of its natural
-    map's residual.
+    """A point of the descent, its shift E, its trial tractions and their image by the natural map
+    (c, n), and the norm of what this changes.
     """
 
     at: RawSolution
     shift: np.ndarray
     trial: np.ndarray
+    image: np.ndarray
     merit: float
 
     @classmethod
@@ -505,8 +553,9 @@ class _Iterate:
         weight = problem.operator.row_size
         shift = shift_of(problem, at)
         trial = at.traction - shift / weight
-        error = (at.traction - problem.potential.projected(trial, weight)).ravel()
-        return cls(at, shift, trial, math.sqrt(error @ error))
+        image = problem.potential.projected(trial, weight)
+        error = (at.traction - image).ravel()
+        return cls(at, shift, trial, image, math.sqrt(error @ error))
 
 
 def _line_search(point: PointOnAreas, step: np.ndarray, iterate: _Iterate) -> _Iterate:
