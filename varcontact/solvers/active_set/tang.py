@@ -100,8 +100,9 @@ class PointOnAreas:
         traction[:, self.stuck] += step[sticking].reshape(len(traction), -1)
         if self.turning.size:
             angle = step[turning]
-            own = traction.take(self.turning, axis=1)
-            traction[:, self.turning] = np.cos(angle) * own + np.sin(angle) * self.bound * self.across
+            along = traction.take(self.turning, axis=1)
+            across = self.bound * self.across
+            traction[:, self.turning] = np.cos(angle) * along + np.sin(angle) * across
         rigid = self.at.rigid
         if self.problem.free:
             rigid = rigid.copy()
@@ -185,7 +186,7 @@ def _jacobian(point: PointOnAreas) -> np.ndarray:
     if T.size:
         of_y = matrix.take(n + T, axis=0)
         rows[turning] = across[0, :, None] * rows[turning] + across[1, :, None] * of_y
-    # by the stick tractions, and by the angles of the slip tractions, which turn E's part themselves
+    # by the stick tractions, and by the angles of the slip tractions
     jacobian = rows.take(places, axis=1)
     if T.size:
         by_y = rows.take(n + T, axis=1)
