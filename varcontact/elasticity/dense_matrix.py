@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
@@ -46,9 +45,16 @@ def _without_gaps(places: np.ndarray) -> bool:
 
 def _along_a_row(tables: np.ndarray, first: int, n: int, m: int) -> np.ndarray:
     """The matrix between n elements and m loaded ones without gaps, whose first ones are at an
-    offset: its rows are windows of the tables (rows, columns, offsets) backwards, from the last.
+    offset: number ij is that of the offset ``first + i - j``.
     """
     rows, columns, _ = tables.shape
-    backwards = tables[..., first - m + 1 : first + n][..., ::-1]
-    windows = sliding_window_view(backwards, m, axis=-1)[..., ::-1, :]
-    return windows.swapaxes(1, 2).copy().reshape(rows * n, columns * m)
+    numbers = np.ascontiguousarray(tables[..., first - m + 1 : first + n])
+    of_row, of_column, step = numbers.strides
+    windows = np.ndarray(
+        shape=(rows, n, columns, m),
+        dtype=numbers.dtype,
+        buffer=numbers,
+        offset=(m - 1) * step,
+        strides=(of_row, step, of_column, -step),
+    )
+    return windows.copy().reshape(rows * n, columns * m)

@@ -158,7 +158,7 @@ class GridOperator:
         return self._parts[rows, columns]
 
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        return replace(self, table=self.table[np.ix_(rows, columns)])
+        return replace(self, table=self.table[np.array(rows)[:, None], list(columns)])
 
     def couples(self, row: int, column: int) -> bool:
         """True where tractions along a direction (`column`) move anything along another (`row`)."""

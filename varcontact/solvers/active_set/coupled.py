@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution
-from varcontact.interfaces.potential import magnitude, project
+from varcontact.interfaces.potential import dot, magnitude, project
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.newton.coupled import CoupledProblem
 from varcontact.system.process import changed, interruptible, lazy_property
@@ -222,42 +222,42 @@ class _Areas:
         """Matrix and errors of the distance in contact, of the shift that sticks, and of that
         across the tractions that turn.
         """
-        c = len(self.along)
-        h = self.stick.size
         T = self.turning
-        moving = self.contact[np.concatenate([self.stick, T])]
-        distances = self._displacements((0,), self.contact)[0]
-        shifts = self._displacements(tuple(range(1, 1 + c)), moving)
+        displacements = self._displacements()
         # errors, by the present unknowns
         own = self.fields[:, self.contact]
         unknowns = np.concatenate([own[0], own[1:, self.stick].ravel(), np.zeros(T.size)])
         known = self.problem.known.reshape(self.fields.shape) + self.iterate.rigid[:, None]
-        distance = known[0, self.contact] + distances @ unknowns
-        shift = known[1:, moving] + shifts @ unknowns
-        # across the tractions, which turn themselves
-        across = np.sum(self.across[:, :, None] * shifts[:, h:], axis=0)
-        angles = unknowns.size - T.size + np.arange(T.size)
-        across[np.arange(T.size), angles] += magnitude(shift[:, h:])
-        error_across = np.sum(self.across * shift[:, h:], axis=0)
-        matrix = np.concatenate([distances, *shifts[:, :h], across])
-        return matrix, np.concatenate([distance, shift[:, :h].ravel(), error_across])
+        distance, *shift = known[:, self.contact] + displacements @ unknowns
+        distances, *shifts = displacements
+        matrix = [distances, *(each[self.stick] for each in shifts)]
+        error = [distance, *(each[self.stick] for each in shift)]
+        if T.size:
+            # across the tractions, which turn themselves
+            turned = np.array(shift)[:, T]
+            across = dot(self.across[:, :, None], displacements[1:, T])
+            angles = unknowns.size - T.size + np.arange(T.size)
+            across[np.arange(T.size), angles] += magnitude(turned)
+            matrix.append(across)
+            error.append(dot(self.across, turned))
+        return np.concatenate(matrix), np.concatenate(error)
 
-    def _displacements(self, directions: tuple[int, ...], elements: np.ndarray) -> np.ndarray:
-        """Displacements along some directions in n elements by each unknown (directions, n,
-        unknowns).
-        """
+    def _displacements(self) -> np.ndarray:
+        """Displacements in the elements in contact by each unknown (1 + c, m, unknowns)."""
         c = len(self.along)
-        operator = self.problem.operator.between(directions, tuple(range(1 + c)))
-        blocks = operator.dense(elements, self.contact)
-        blocks = blocks.reshape(len(directions), elements.size, 1 + c, self.contact.size)
+        m = self.contact.size
+        blocks = self.problem.operator.dense(self.contact).reshape(1 + c, m, 1 + c, m)
         # by pressures, with the tractions on their bound
         by_pressure = blocks[:, :, 0]
-        by_angle = np.zeros((*by_pressure.shape[:2], self.turning.size))
+        by_stick = []
+        by_angle = np.zeros((1 + c, m, self.turning.size))
         for i in range(c):
             by_traction = blocks[:, :, 1 + i]
             by_pressure += by_traction * self.ratio[i]
-            by_angle += by_traction[:, :, self.turning] * (self.bound * self.across[i])
-        by_stick = [blocks[:, :, 1 + i].take(self.stick, axis=2) for i in range(c)]
+            by_stick.append(by_traction.take(self.stick, axis=2))
+            if self.turning.size:
+                change = self.bound * self.across[i]
+                by_angle += by_traction.take(self.turning, axis=2) * change
         return np.concatenate([by_pressure, *by_stick, by_angle], axis=2)
 
     def _with_forces(self, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
