@@ -48,13 +48,13 @@ def _along_a_row(tables: np.ndarray, first: int, n: int, m: int) -> np.ndarray:
     offset: number ij is that of the offset ``first + i - j``.
     """
     rows, columns, _ = tables.shape
-    numbers = np.ascontiguousarray(tables[..., first - m + 1 : first + n])
-    of_row, of_column, step = numbers.strides
+    backwards = np.ascontiguousarray(tables[..., first - m + 1 : first + n][..., ::-1])
+    of_row, of_column, step = backwards.strides
     windows = np.ndarray(
         shape=(rows, n, columns, m),
-        dtype=numbers.dtype,
-        buffer=numbers,
-        offset=(m - 1) * step,
-        strides=(of_row, step, of_column, -step),
+        dtype=backwards.dtype,
+        buffer=backwards,
+        offset=(n - 1) * step,
+        strides=(of_row, -step, of_column, step),
     )
     return windows.copy().reshape(rows * n, columns * m)

@@ -222,35 +222,41 @@ class _Areas:
         """Matrix and errors of the distance in contact, of the shift that sticks, and of that
         across the tractions that turn.
         """
+        c = len(self.along)
+        h = self.stick.size
         T = self.turning
-        displacements = self._displacements()
+        moving = self.contact[np.concatenate([self.stick, T])]
+        distances = self._displacements((0,), self.contact)[0]
+        shifts = self._displacements(tuple(range(1, 1 + c)), moving)
         # errors, by the present unknowns
         own = self.fields[:, self.contact]
         unknowns = np.concatenate([own[0], own[1:, self.stick].ravel(), np.zeros(T.size)])
         known = self.problem.known.reshape(self.fields.shape) + self.iterate.rigid[:, None]
-        distance, *shift = known[:, self.contact] + displacements @ unknowns
-        distances, *shifts = displacements
-        matrix = [distances, *(each[self.stick] for each in shifts)]
-        error = [distance, *(each[self.stick] for each in shift)]
+        distance = known[0, self.contact] + distances @ unknowns
+        shift = known[1:, moving] + shifts @ unknowns
+        matrix = [distances, *shifts[:, :h]]
+        error = [distance, *shift[:, :h]]
         if T.size:
             # across the tractions, which turn themselves
-            turned = np.array(shift)[:, T]
-            across = dot(self.across[:, :, None], displacements[1:, T])
+            across = dot(self.across[:, :, None], shifts[:, h:])
             angles = unknowns.size - T.size + np.arange(T.size)
-            across[np.arange(T.size), angles] += magnitude(turned)
+            across[np.arange(T.size), angles] += magnitude(shift[:, h:])
             matrix.append(across)
-            error.append(dot(self.across, turned))
+            error.append(dot(self.across, shift[:, h:]))
         return np.concatenate(matrix), np.concatenate(error)
 
-    def _displacements(self) -> np.ndarray:
-        """Displacements in the elements in contact by each unknown (1 + c, m, unknowns)."""
+    def _displacements(self, directions: tuple[int, ...], elements: np.ndarray) -> np.ndarray:
+        """Displacements along some directions in n elements by each unknown (directions, n,
+        unknowns).
+        """
         c = len(self.along)
-        m = self.contact.size
-        blocks = self.problem.operator.dense(self.contact).reshape(1 + c, m, 1 + c, m)
+        operator = self.problem.operator.between(directions, tuple(range(1 + c)))
+        blocks = operator.dense(elements, self.contact)
+        blocks = blocks.reshape(len(directions), elements.size, 1 + c, self.contact.size)
         # by pressures, with the tractions on their bound
         by_pressure = blocks[:, :, 0]
         by_stick = []
-        by_angle = np.zeros((1 + c, m, self.turning.size))
+        by_angle = np.zeros((*by_pressure.shape[:2], self.turning.size))
         for i in range(c):
             by_traction = blocks[:, :, 1 + i]
             by_pressure += by_traction * self.ratio[i]
@@ -269,7 +275,7 @@ class _Areas:
         h = self.stick.size
         k = len(matrix)
         angles = slice(k - self.turning.size, k)
-        bordered = np.zeros((k + len(free), k + len(free)))
+        bordered = np.zeros((k + len(free), k + len(free)), order="F")  # as LAPACK takes it
         bordered[:k, :k] = matrix
         lacking = np.zeros(len(free))
         for place, field in enumerate(free):
