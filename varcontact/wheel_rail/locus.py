@@ -128,6 +128,15 @@ class Locus:
                 break
         return self.touching + depth
 
+    def size_of_overlap(self, z: float) -> tuple[float, float]:
+        """Length along x, and distance of the outermost circles below the rail across the track, at
+        a height [mm].
+        """
+        inside = self.gap < z
+        depth = z - self.gap[inside]
+        length = 2 * np.sqrt(2 * self.curvature_radii[inside] * depth).max()
+        return float(length), float(np.ptp(self.points[inside, 1]))
+
     def part(self, run: slice) -> Locus:
         """The circles of a `run`, without planes across the track."""
         return Locus(

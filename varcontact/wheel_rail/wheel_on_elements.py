@@ -78,13 +78,14 @@ class WheelOnElements:
         self._deadline = deadline
         self._second_order = second_order
         self.by_theory = methods.get("tangential") in THEORIES
-        self._search = BearingHeight(case, tol)
         self._before: list[Solution] = []
         self._pressures: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
         self._options: dict[int, SolveOptions] = {}
-        if start is not None:
-            self._begin_at(start)
+        if start is None:
+            self._search = BearingHeight(case, tol)
+        else:
+            self._search = self._begin_at(start)
         # of the last height
         self._patches: tuple[ContactPatch, ...] = ()
         self._pressure_contacts: list[ContactOnGrid] = []
@@ -92,14 +93,15 @@ class WheelOnElements:
         self._contacts: list[ContactOnGrid] = []
         self._solutions: list[Solution] = []
 
-    def _begin_at(self, start: Start) -> None:
+    def _begin_at(self, start: Start) -> BearingHeight:
+        """The search from the height of another wheel, with its contacts to begin with."""
         last = start.solution
         self._before = [each.solution for each in last.patches]
         self._pressures = list(self._before)
         self._operators = start.operators
         known = vertical_forces(last)
         z = _height_near(self._case, last, known)
-        self._search = BearingHeight(self._case, self._tol, z, known)
+        return BearingHeight(self._case, self._tol, z, known)
 
     @property
     def done(self) -> bool:
@@ -151,7 +153,7 @@ class WheelOnElements:
         if self._contacts:
             self._solutions = [each.solution() for each in self._contacts]
         # rolling radii, with which patches refer to no profile any more
-        known = [replace(each, rolling_radius=each.rolling_radius) for each in self._patches]
+        known = [changed(each, rolling_radius=each.rolling_radius) for each in self._patches]
         patches = tuple(map(PatchSolution, known, self._solutions))
         return WheelRailSolution(self._case, self._search.z, patches, self._search.rounds)
 
@@ -170,13 +172,11 @@ class WheelOnElements:
         if case.z is not None or case.curved:
             return self._search.z
         # elements on the overlap
-        overlaps = case.locus.overlaps(self._search.z)
-        along = np.ptp(np.concatenate([each.ends.ravel() for each in overlaps]))
-        across = np.hypot(*np.ptp(np.concatenate([each.surface for each in overlaps]), axis=0))
+        along, across = case.locus.size_of_overlap(self._search.z)
         dx = case.dx or ELEMENT
         dy = case.dy or ELEMENT
-        coarse_dx = max(dx, float(along) / ACROSS_FIRST)
-        coarse_dy = max(dy, float(across) / ACROSS_FIRST)
+        coarse_dx = max(dx, along / ACROSS_FIRST)
+        coarse_dy = max(dy, across / ACROSS_FIRST)
         if coarse_dx * coarse_dy < COARSER * dx * dy:
             return self._search.z
         coarse = case.with_sides(coarse_dx, coarse_dy)
