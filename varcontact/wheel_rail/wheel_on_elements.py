@@ -88,6 +88,7 @@ class WheelOnElements:
             self._search = self._begin_at(start)
         # of the last height
         self._patches: tuple[ContactPatch, ...] = ()
+        self._found_at = math.nan
         self._pressure_contacts: list[ContactOnGrid] = []
         self._proposed: list[ContactOnGrid] = []
         self._contacts: list[ContactOnGrid] = []
@@ -117,11 +118,11 @@ class WheelOnElements:
         if self._search.rounds == 0 and not self._before:
             self._search.begin(self._first_height())
         while not self.done:
-            self._tell_goal()
-            keeps_patches = self._search.keeps_patches
-            z = self._search.propose()
-            if not keeps_patches:
-                self._move_to(z)
+            if self._search.keeps_patches:
+                self._search.propose()
+                self._hold(self._tell(self._pressure_contacts[0]))
+            else:
+                self._move_to(self._search.propose())
                 if not self._press_and_check():
                     continue
             if self.patches_alone:
@@ -218,6 +219,7 @@ class WheelOnElements:
         if self._second_order:
             patches = tuple(replace(each, scene=each.scene.second_order()) for each in patches)
         self._patches = patches
+        self._found_at = patches[0].approach
 
     @property
     def _patch_tells(self) -> bool:
@@ -227,19 +229,12 @@ class WheelOnElements:
         (patch,) = self._patches
         return not patch.interactions and float(patch.frame.axes[2, 2]) >= LEAST_COSINE
 
-    def _tell_goal(self) -> None:
-        """The height at which the last patch, with its elements, bears the goal by new forces."""
-        if self._pressure_contacts and self._patch_tells and not self._search.expects:
-            loaded = self._tell(self._pressure_contacts[0])
-            if self._search.keeps_patches:
-                self._hold(loaded)
-
     def _tell(self, contact: ContactOnGrid) -> ContactOnGrid:
         """The patch under the goal, whose approach tells the height that bears it."""
         (patch,) = self._patches
         cosine = float(patch.frame.axes[2, 2])
         loaded = contact.under(self._search.goal / cosine)
-        self._search.tell((loaded.approach - patch.approach) / cosine)
+        self._search.tell((loaded.approach - self._found_at) / cosine)
         self._pressures = [loaded.initial_guess]
         self._operators = [loaded.disc.operators]
         return loaded
