@@ -12,7 +12,7 @@ from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.selection import select
 from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.wheel_rail import Position, WheelOnRail
-from varcontact.wheel_rail.bearing_height import ROUNDS, SAME_PATCHES, BearingHeight
+from varcontact.wheel_rail.bearing_height import PRESSING, ROUNDS, SAME_PATCHES, BearingHeight
 from varcontact.wheel_rail.locus import Locus
 from varcontact.wheel_rail.wheel_on_elements import WheelOnElements, patches_at
 
@@ -188,6 +188,21 @@ def test_an_overlap_of_a_paraboloid_presses_by_the_power_of_hertz():
     locus = Locus(across, points, radii, radii, gap, 0.0 * across, 0.0)
     assert locus.pressing(0.08) == pytest.approx(8 * locus.pressing(0.02), rel=5e-3)
     assert locus.height_pressing(locus.pressing(0.05), 0.04) == pytest.approx(0.05, rel=1e-4)
+    length, width = locus.size_of_overlap(0.05)
+    assert length == pytest.approx(2 * np.sqrt(2 * 460.0 * 0.05), rel=1e-12)
+    assert width == pytest.approx(2 * np.sqrt(2 * 300.0 * 0.05), abs=0.1)
+
+
+def test_a_ball_begins_at_its_height():
+    """To within the constant, which is that of wheels."""
+    across = np.linspace(-10, 10, 4001)
+    radii = np.full(across.size, 460.0)
+    points = np.stack([0.0 * across, across, 0.0 * across], axis=1)
+    locus = Locus(across, points, radii, radii, across**2 / (2 * 460.0), 0.0 * across, 0.0)
+    depth = 0.05
+    ball = 4 / 3 * np.sqrt(460.0) * depth**1.5
+    assert ball / locus.pressing(depth) == pytest.approx(1.193, rel=1e-3)
+    assert ball / (PRESSING * locus.pressing(depth)) == pytest.approx(1.0, abs=0.01)
 
 
 def test_tractions_wait_until_normal_forces_are_near_the_load():

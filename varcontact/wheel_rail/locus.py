@@ -130,8 +130,18 @@ class Locus:
         return self.touching + depth
 
     def size_of_overlap(self, z: float) -> tuple[float, float]:
-        """Length along x, and distance of the outermost circles below the rail across the track, at
-        a height [mm].
+        """The length of the overlap along x, and its width across the track between the outermost
+        circles.
+
+        Parameters
+        ----------
+        z : float
+            Height of the axle, downwards [mm].
+
+        Returns
+        -------
+        tuple of float
+            In mm.
         """
         inside = self.gap < z
         depth = z - self.gap[inside]
