@@ -29,7 +29,7 @@ MISSING_OF_LAST = 0.2
 """The same, relative to the part that was missing when they were solved for last."""
 POWERS = 0.2, 5.0
 """Least and largest power of normal forces that the vertical force is taken for."""
-RATES = 0.8, 1.25
+RATES = 0.3, 3.0
 """Least and largest change of the height that is told by a step, relative to that of patches which
 stay as they are."""
 LITTLE = 1e-4
