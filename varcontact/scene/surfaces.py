@@ -323,7 +323,9 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
     @property
     def samples(self) -> np.ndarray:
         """The samples as (ny, nx), one row in line contact."""
-        return np.atleast_2d(self.h)
+        if self.line:
+            return self.h[None]
+        return self.h
 
     @property
     def coordinates(self) -> tuple[np.ndarray, np.ndarray]:
@@ -352,11 +354,12 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         further.
         """
         if self.x is None:
-            if self.samples.shape != grid.shape:
+            samples = self.samples
+            if samples.shape != grid.shape:
                 raise checks.wrong_shape(
                     "surface.h", self.h.shape, f"of the grid's shape {grid.shape}"
                 )
-            return self.samples
+            return samples
         left, right, bottom, top = self.box
         size = right - left
         if not self.line:

@@ -545,7 +545,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         `approach`; axle at `z`.
         """
         body = self.body(z)
-        particle = frame.globally(np.array([0.0, 0.0, approach]))
+        particle = frame.origin + approach * frame.normal
         # contacts move with the wheel set, but do not turn about its axle
         moving = self.body(z, pitching=False).velocity_at(particle)
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
