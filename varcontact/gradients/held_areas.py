@@ -10,9 +10,9 @@ import numpy as np
 
 from varcontact.discrete.stick_slip import SLIP, STICK
 from varcontact.gradients.contact_fields import ContactFields
+from varcontact.interfaces.potential import dot
 from varcontact.results.linearised import moving_edge
 from varcontact.results.solution import Solution
-from varcontact.solvers.newton.globalisation import dot
 from varcontact.system.process import lazy_property
 
 Part = tuple[slice, slice]

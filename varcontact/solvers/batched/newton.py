@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from varcontact.interfaces.potential import magnitude, project
+from varcontact.interfaces.potential import dot, magnitude, project
 from varcontact.solvers.batched.pool import (
     NaturalMap,
     NewtonEquations,
@@ -30,7 +30,7 @@ from varcontact.solvers.batched.transforms import (
     transforms,
 )
 from varcontact.solvers.newton.gcr import LENGTH_MIN
-from varcontact.solvers.newton.globalisation import STEP_PARTS, dot
+from varcontact.solvers.newton.globalisation import STEP_PARTS
 from varcontact.solvers.newton.kernel import STICK_SHIFT
 from varcontact.solvers.newton.tangential import LEAST_SHIFT, NEARLY_STICK
 from varcontact.system.process import one_blas_thread

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from varcontact.interfaces.potential import dot
 from varcontact.solvers.newton.gcr import Forces, Step, System
 from varcontact.solvers.newton.kernel import Product
 from varcontact.system.process import changed
@@ -50,14 +51,6 @@ class Point:
     shift: np.ndarray
     rigid: np.ndarray
     noise: float
-
-
-def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Scalar products (ny, nx) of vectors (c, ny, nx)."""
-    product: np.ndarray = a[0] * b[0]
-    for component in range(1, len(a)):
-        product += a[component] * b[component]
-    return product
 
 
 def balanced(conditions: Conditions, at: Point) -> Point:

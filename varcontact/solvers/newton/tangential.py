@@ -16,12 +16,12 @@ import numpy as np
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
-from varcontact.interfaces.potential import Flow, FlowDerivative, Potential, magnitude, project
+from varcontact.interfaces.potential import Flow, FlowDerivative, Potential, dot, magnitude, project
 from varcontact.solvers.full_slip import full_slip
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import GridConditions, GridProblem, point, solve
 from varcontact.solvers.newton.gcr import Forces, System
-from varcontact.solvers.newton.globalisation import Point, dot
+from varcontact.solvers.newton.globalisation import Point
 from varcontact.solvers.newton.hierarchy import Box
 from varcontact.solvers.newton.kernel import SoftenedKernel, product_and_plain, unit
 from varcontact.system.process import lazy_property
