@@ -96,7 +96,7 @@ def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
     assert plain.force[2] != pytest.approx(80e3, rel=1e-3)
     again = replace(case, vertical_force=None, z=plain.z).solve()
     assert again.rounds == 0
-    assert again.force == pytest.approx(plain.force, rel=1e-6)
+    assert again.force == pytest.approx(plain.force, rel=1e-9)
 
 
 @pytest.mark.long
@@ -116,10 +116,10 @@ def test_the_solution_of_another_position_changes_nothing_as_a_start(more):
 
 
 @pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")
-def test_the_benchmark_takes_two_heights():
-    """One near the load, which tells what tractions bear, and the last; one more on the flange."""
+def test_the_benchmark_takes_three_heights():
+    """One far from the load, one near it, which tells what tractions bear, and the last."""
     rows = [row for row in manchester() if row["side"] == "left" and row["y_ws"] % 2 == 1]
-    assert [benchmark(row, dx=1.0, dy=1.0).solve().rounds for row in rows] == [3] + [2] * 4
+    assert [benchmark(row, dx=1.0, dy=1.0).solve().rounds for row in rows] == [3] * 5
 
 
 @pytest.mark.long

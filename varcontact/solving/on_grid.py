@@ -41,6 +41,8 @@ from varcontact.system.process import changed, lazy_property
 PLACE_TOL = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of
 the elements."""
+APPROACH_TOL = 1e-6
+"""Residual of a pressure that only tells the approach."""
 BORDER_ROUNDING = 1e-9
 """Part of an element by which a sample may miss its border and still lie on it."""
 SEARCH_ELEMENTS = 24
@@ -120,19 +122,13 @@ class ContactOnGrid:
         return replace(self, state=contact(self.disc, self.solver, self.state))
 
     def under(self, normal_force: float) -> ContactOnGrid:
-        """Contact with the pressure without tractions on these elements, under a force."""
-        disc = self.disc.with_loading(approach=None, normal_force=normal_force)
-        disc, state = _pressure_alone(self.scene, self.solver, disc, self.state)
-        return changed(self, disc=disc, state=state)
-
-    def held(self) -> ContactOnGrid:
-        """The same contact, which lies within the elements, in a scene that prescribes its
-        approach.
+        """Contact without tractions on these elements under a force, about as rough as its approach
+        may be.
         """
-        scene = changed(self.scene, approach=self.approach, normal_force=None)
-        disc = self.disc.held_at(self.approach).with_loading(scene=scene)
-        adjust(self.solver.plan, disc, self.state, closer=False)
-        return changed(self, scene=scene, disc=disc)
+        loading = changed(self.disc.loading, approach=None, normal_force=normal_force)
+        disc = changed(self.disc, loading=loading)
+        rough = changed(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
+        return changed(self, disc=disc, state=rough.pressure(disc, self.state))
 
     @property
     def approach(self) -> float:

@@ -85,8 +85,7 @@ class Locus:
         return float(self.gap.min())
 
     @lazy_property
-    def widths(self) -> np.ndarray:
-        """Of the circles, across the track [mm]."""
+    def _widths(self) -> np.ndarray:
         return np.abs(np.gradient(self.points[:, 1]))
 
     def pressing(self, z: float) -> float:
@@ -104,7 +103,7 @@ class Locus:
             In mm^2.
         """
         depth = np.maximum(z - self.gap, 0.0)
-        areas = np.sqrt(self.curvature_radii * depth) * self.widths
+        areas = np.sqrt(self.curvature_radii * depth) * self._widths
         return float(depth @ areas / np.sqrt(areas.sum()))
 
     def height_pressing(self, value: float, depth: float) -> float:
@@ -128,25 +127,6 @@ class Locus:
             if abs(ratio - 1) < PRESSING_TOL:
                 break
         return self.touching + depth
-
-    def size_of_overlap(self, z: float) -> tuple[float, float]:
-        """The length of the overlap along x, and its width across the track between the outermost
-        circles.
-
-        Parameters
-        ----------
-        z : float
-            Height of the axle, downwards [mm].
-
-        Returns
-        -------
-        tuple of float
-            In mm.
-        """
-        inside = self.gap < z
-        depth = z - self.gap[inside]
-        length = 2 * np.sqrt(2 * self.curvature_radii[inside] * depth).max()
-        return float(length), float(np.ptp(self.points[inside, 1]))
 
     def part(self, run: slice) -> Locus:
         """The circles of a `run`, without planes across the track."""
@@ -234,6 +214,9 @@ def overlap(locus: Locus, run: slice, z: float) -> Overlap:
     surface = points[:, 1:].copy()
     surface[:, 1] -= depth
     half_lengths = np.sqrt(2 * locus.curvature_radii[run] * np.maximum(depth, 0.0))
+    width = np.ones(1)
+    if depth.size > 1:
+        width = np.abs(np.gradient(points[:, 1]))
     ends = points[:, 0] + np.multiply.outer([-1, 1], half_lengths)
     weights = depth**2 * half_lengths
     if locus.gaps is not None and locus.planes is not None:
@@ -253,7 +236,7 @@ def overlap(locus: Locus, run: slice, z: float) -> Overlap:
         last = x.size - 1 - inside[:, ::-1].argmax(axis=1)
         behind = np.minimum(last + 1, x.size - 1)
         ends = np.where(some, [x[before], x[behind]], ends)
-    return Overlap(run, locus, points, depth, surface, ends, weights * locus.widths[run])
+    return Overlap(run, locus, points, depth, surface, ends, weights * width)
 
 
 @one_blas_thread()

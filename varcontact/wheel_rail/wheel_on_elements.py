@@ -22,7 +22,6 @@ from varcontact.solving.initial_guess import InitialGuess
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.solve import solve
-from varcontact.system.process import changed
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.patch_interaction import with_interaction
@@ -78,31 +77,30 @@ class WheelOnElements:
         self._deadline = deadline
         self._second_order = second_order
         self.by_theory = methods.get("tangential") in THEORIES
+        self._search = BearingHeight(case, tol)
         self._before: list[Solution] = []
         self._pressures: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
+        self._starts_near = False
         self._options: dict[int, SolveOptions] = {}
-        if start is None:
-            self._search = BearingHeight(case, tol)
-        else:
-            self._search = self._begin_at(start)
+        if start is not None:
+            self._begin_at(start)
         # of the last height
         self._patches: tuple[ContactPatch, ...] = ()
-        self._found_at = math.nan
         self._pressure_contacts: list[ContactOnGrid] = []
         self._proposed: list[ContactOnGrid] = []
         self._contacts: list[ContactOnGrid] = []
         self._solutions: list[Solution] = []
 
-    def _begin_at(self, start: Start) -> BearingHeight:
-        """The search from the height of another wheel, with its contacts to begin with."""
+    def _begin_at(self, start: Start) -> None:
         last = start.solution
         self._before = [each.solution for each in last.patches]
         self._pressures = list(self._before)
         self._operators = start.operators
+        self._starts_near = True
         known = vertical_forces(last)
         z = _height_near(self._case, last, known)
-        return BearingHeight(self._case, self._tol, z, known)
+        self._search = BearingHeight(self._case, self._tol, z, known)
 
     @property
     def done(self) -> bool:
@@ -118,13 +116,10 @@ class WheelOnElements:
         if self._search.rounds == 0 and not self._before:
             self._search.begin(self._first_height())
         while not self.done:
-            if self._search.keeps_patches:
-                self._search.propose()
-                self._hold(self._tell(self._pressure_contacts[0]))
-            else:
-                self._move_to(self._search.propose())
-                if not self._press_and_check():
-                    continue
+            self._expect_goal()
+            self._move_to(self._search.propose())
+            if not self._press_and_check():
+                continue
             if self.patches_alone:
                 self._solutions = self._solved_alone()
                 self._learn_forces([_force(each) for each in self._solutions])
@@ -154,7 +149,7 @@ class WheelOnElements:
         if self._contacts:
             self._solutions = [each.solution() for each in self._contacts]
         # rolling radii, with which patches refer to no profile any more
-        known = [changed(each, rolling_radius=each.rolling_radius) for each in self._patches]
+        known = [replace(each, rolling_radius=each.rolling_radius) for each in self._patches]
         patches = tuple(map(PatchSolution, known, self._solutions))
         return WheelRailSolution(self._case, self._search.z, patches, self._search.rounds)
 
@@ -173,11 +168,13 @@ class WheelOnElements:
         if case.z is not None or case.curved:
             return self._search.z
         # elements on the overlap
-        along, across = case.locus.size_of_overlap(self._search.z)
+        overlaps = case.locus.overlaps(self._search.z)
+        along = np.ptp(np.concatenate([each.ends.ravel() for each in overlaps]))
+        across = np.hypot(*np.ptp(np.concatenate([each.surface for each in overlaps]), axis=0))
         dx = case.dx or ELEMENT
         dy = case.dy or ELEMENT
-        coarse_dx = max(dx, along / ACROSS_FIRST)
-        coarse_dy = max(dy, across / ACROSS_FIRST)
+        coarse_dx = max(dx, float(along) / ACROSS_FIRST)
+        coarse_dy = max(dy, float(across) / ACROSS_FIRST)
         if coarse_dx * coarse_dy < COARSER * dx * dy:
             return self._search.z
         coarse = case.with_sides(coarse_dx, coarse_dy)
@@ -186,6 +183,7 @@ class WheelOnElements:
         with suppress(NotConverged, SceneError):
             z = wheel._height_by_pressures()
             self._pressures = wheel._pressures
+            self._starts_near = True
             return z
         return self._search.z
 
@@ -193,25 +191,25 @@ class WheelOnElements:
         """A height at which normal forces are near the load."""
         while not (self._search.near or self._search.expects):
             self._move_to(self._search.propose())
-            self._press()
+            if self._patch_tells:
+                self._press_by_load()
+            else:
+                self._press()
         return self._search.propose()
 
     def _press_and_check(self) -> bool:
-        """Press the contacts at a height; True if they bear nearly the load."""
+        """Press the contacts at a height; True if they bear nearly the load.
+
+        The first height but one that is near by itself needs no pressure of its own: the load tells
+        the next.
+        """
         if self._case.z is not None:
             return True
+        if self._search.rounds == 1 and self._patch_tells and not self._starts_near:
+            self._press_by_load()
+            return False
         self._press()
         return self._search.near
-
-    def _press(self) -> None:
-        """The contacts with their pressures: under the load where the patch tells its height."""
-        contacts = self._with_initial_guesses()
-        if not self._patch_tells:
-            self._press_all(contacts)
-            return
-        loaded = self._tell(contacts[0])
-        if self._search.near:
-            self._hold(loaded)
 
     def _move_to(self, z: float) -> None:
         patches = patches_at(self._case, z)
@@ -219,7 +217,6 @@ class WheelOnElements:
         if self._second_order:
             patches = tuple(replace(each, scene=each.scene.second_order()) for each in patches)
         self._patches = patches
-        self._found_at = patches[0].approach
 
     @property
     def _patch_tells(self) -> bool:
@@ -229,26 +226,32 @@ class WheelOnElements:
         (patch,) = self._patches
         return not patch.interactions and float(patch.frame.axes[2, 2]) >= LEAST_COSINE
 
-    def _tell(self, contact: ContactOnGrid) -> ContactOnGrid:
-        """The patch under the goal, whose approach tells the height that bears it."""
+    def _press_by_load(self) -> None:
+        """The patch of a first height under the load alone, which tells the height that bears it,
+        and about what it bears where it is.
+        """
         (patch,) = self._patches
-        cosine = float(patch.frame.axes[2, 2])
-        loaded = contact.under(self._search.goal / cosine)
-        self._search.tell((loaded.approach - self._found_at) / cosine)
-        self._pressures = [loaded.initial_guess]
+        (contact,) = self._with_initial_guesses()
+        loaded = self._under_goal(contact)
         self._operators = [loaded.disc.operators]
-        return loaded
+        about = self._search.goal * (patch.approach / loaded.approach) ** 1.5
+        self._search.estimate_normal(about)
+        self._expect(loaded)
 
-    def _hold(self, loaded: ContactOnGrid) -> None:
-        """The patch at the height that it told."""
+    def _under_goal(self, contact: ContactOnGrid) -> ContactOnGrid:
+        """The contact of the patch with the pressures that bear the goal of the search."""
+        return contact.under(self._search.goal / float(self._patches[0].frame.axes[2, 2]))
+
+    def _expect(self, loaded: ContactOnGrid) -> None:
+        """The height at which the patch has the approach that it has under the goal."""
         (patch,) = self._patches
-        scene = changed(patch.scene, approach=loaded.approach)
-        self._patches = (changed(patch, approach=loaded.approach, scene=scene),)
-        self._pressure_contacts = [loaded.held()]
+        deeper = (loaded.approach - patch.approach) / float(patch.frame.axes[2, 2])
+        self._search.expect(self._search.z + deeper)
+        self._pressures = [loaded.initial_guess]
 
-    def _press_all(self, contacts: Sequence[ContactOnGrid]) -> None:
+    def _press(self) -> None:
         """The contacts with their pressures, and what these bear."""
-        self._pressure_contacts = [each.with_pressure() for each in contacts]
+        self._pressure_contacts = [each.with_pressure() for each in self._with_initial_guesses()]
         self._pressures = [each.initial_guess for each in self._pressure_contacts]
         self._operators = [each.disc.operators for each in self._pressure_contacts]
         forces = [each.force for each in self._pressure_contacts]
@@ -270,6 +273,11 @@ class WheelOnElements:
                 ContactOnGrid.with_initial_guess(scene, options, starts[k], operators_of_each[k])
             )
         return contacts
+
+    def _expect_goal(self) -> None:
+        """The height at which the last patch, with its elements, bears the goal of the search."""
+        if self._pressure_contacts and self._patch_tells and not self._search.expects:
+            self._expect(self._under_goal(self._pressure_contacts[0]))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
