@@ -212,13 +212,13 @@ class Potential:
         size = magnitude(traction)
         length = magnitude(shift)
         # |p| |E| + p'E
-        dot = (traction * shift).sum(axis=0)
+        inner = dot(traction, shift)
         product = size * length
-        turned = product + dot
+        turned = product + inner
         if len(traction) == 2:
             cross = traction[0] * shift[1] - traction[1] * shift[0]
-            against = dot < 0
-            small = cross * (cross / np.where(against, product - dot, 1.0))
+            against = inner < 0
+            small = cross * (cross / np.where(against, product - inner, 1.0))
             turned = np.where(against, small, turned)
         # the rest without a flow, by the slack of the bound
         if self.flow is None:

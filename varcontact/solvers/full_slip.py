@@ -12,7 +12,7 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import tangential_residual
-from varcontact.interfaces.potential import magnitude
+from varcontact.interfaces.potential import dot, magnitude
 from varcontact.solvers.interface import Settings, check_time
 
 PRODUCTS_MAX = 60
@@ -50,7 +50,7 @@ def full_slip(
         if not size.min() > 0:
             return None
         # where one goes with its shift, some stick; a start may, where the contact is new
-        if start is None and np.any(np.sum(traction * shift, axis=0) > 0):
+        if start is None and np.any(dot(traction, shift) > 0):
             return None
         against = shift * (-problem.bound / size)
         change = float(np.abs(against - traction).max() / largest)

@@ -250,7 +250,7 @@ def flow_of(
     image = direction * flow.sizes(size, weight)
     along, across = flow.tangent(image)
     missing = at.traction - image
-    turned = across * missing + (along - across) * np.sum(direction * missing, axis=0) * direction
+    turned = across * missing + (along - across) * dot(direction, missing) * direction
     return flow.shift(image) + turned, (along, across), direction
 
 
@@ -326,7 +326,7 @@ def _exchanged(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) 
     if beyond.any():
         return sticks & ~beyond
     slip = shift_of(problem, at) + problem.potential.flowed(at.traction)
-    forward = ~sticks & (np.sum(at.traction * slip, axis=0) > 0)
+    forward = ~sticks & (dot(at.traction, slip) > 0)
     return sticks | forward
 
 
@@ -386,7 +386,7 @@ def _sliding(problem: TangentialProblem) -> RawSolution | None:
         return None
     traction = -problem.rigid_shift * (problem.bound / size)
     at = RawSolution(traction, np.zeros(problem.components))
-    if np.any(np.sum(traction * shift_of(problem, at), axis=0) > 0):
+    if np.any(dot(traction, shift_of(problem, at)) > 0):
         return None
     return at
 
