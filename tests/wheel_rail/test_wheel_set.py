@@ -74,6 +74,21 @@ def test_mirror_images():
     )
 
 
+def test_a_small_lateral_force_on_treads():
+    """Treads bear it at a place that derivatives do not tell: the lateral force grows by 50 N on
+    0.1 mm. Held there the wheel set bears it, and to the other side it goes as far.
+    """
+    track = Track(rail=Profile.rail_60e1(), cant=1 / 40, gauge=1435.0)
+    wheelset = WheelSet(wheel=Profile.s1002(), radius=460.0, inside_distance=1360.0)
+    given = {"track": track, "wheelset": wheelset, "friction": 0.3, "dx": 1.5, "dy": 1.5}
+    free = ("y", "roll", "pitch_rate")
+    found = [wheel_set(free=free, lateral_force=force, **given).solve() for force in (1e3, -1e3)]
+    right, left = (each.position.y for each in found)
+    assert left == pytest.approx(-right, rel=1e-4)
+    held = wheel_set(right, free=free[1:], **given).solve()
+    assert held.force[1] == pytest.approx(1e3, abs=1.0)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("torque", [0.0, -3e6])
 def test_power_of_the_forces_is_friction_power_and_torques_are_balanced(torque):

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from varcontact.errors import NotConverged, PlausibilityWarning
+from varcontact.errors import NoContact, NotConverged, PlausibilityWarning, SceneError
 from varcontact.scene.plausibility import warn
 from varcontact.solving.options import CertifyName
 from varcontact.theories.creep_forces import TheoryName
-from varcontact.wheel_rail.equilibrium import STEP, Balance, Solver, broyden
+from varcontact.wheel_rail.equilibrium import STEP, Balance, Iterate, Solver, broyden
 from varcontact.wheel_rail.equilibrium_search import (
     FastTheories,
     Search,
@@ -40,6 +42,10 @@ LARGEST_CONDITION = 1e10
 """Condition of derivatives above which loads are not balanced by the unknowns."""
 ROUNDS = 20
 """Steps with exact solutions."""
+FIRST_SIDEWAYS = 1.0
+"""First step sideways to a bracket of the lateral force, in units of the displacement."""
+STEPS_SIDEWAYS = 7
+"""Such steps at most, each twice the one before: 13 mm."""
 
 
 class _Exact:
@@ -129,9 +135,84 @@ def _corrected(
         return balance.imbalance(balance.wheels(x, solver))
 
     at = broyden(imbalance, x, tol, ROUNDS, derivatives)
+    if at.largest > tol and "y" in balance.names:
+        held = _HeldSideways(imbalance, balance.names.index("y"), x, derivatives, tol)
+        at = _moved_sideways(held) or at
     if at.largest > tol:
         raise NotConverged(unbalanced(balance, at.imbalance), at.largest)
     return at.x, solved
+
+
+class _HeldSideways:
+    """A wheel set held at one displacement after the other, where the other loads are balanced."""
+
+    def __init__(
+        self,
+        imbalance: Callable[[np.ndarray], np.ndarray],
+        y: int,
+        start: np.ndarray,
+        derivatives: np.ndarray,
+        tol: float,
+    ) -> None:
+        self.at: Iterate | None = None
+        self.x = start
+        self.y = y
+        self._imbalance = imbalance
+        self._others = np.delete(np.arange(start.size), y)
+        self._derivatives: np.ndarray | None = derivatives[np.ix_(self._others, self._others)]
+        self._tol = tol
+
+    def missing(self, y: float) -> float:
+        """The lateral force that is not balanced at a displacement; 0 within the tolerance."""
+        x = self.x.copy()
+        x[self.y] = y
+        held = broyden(
+            partial(self._of_others, x), x[self._others], self._tol / 2, ROUNDS, self._derivatives
+        )
+        if held.largest > self._tol / 2:
+            raise NotConverged("the other loads are not balanced", held.largest)
+        x[self._others] = held.x
+        self.x = x
+        self.at = Iterate(x, self._imbalance(x), None)
+        self._derivatives = held.derivatives
+        # unknowns and their loads have the same numbers
+        lateral = float(self.at.imbalance[self.y])
+        return lateral if abs(lateral) > self._tol else 0.0
+
+    def _of_others(self, x: np.ndarray, others: np.ndarray) -> np.ndarray:
+        moved = x.copy()
+        moved[self._others] = others
+        return self._imbalance(moved)[self._others]
+
+
+def _moved_sideways(held: _HeldSideways) -> Iterate | None:
+    """The balance with the displacement bracketed; None where the other loads are not balanced.
+
+    To the right rails push ever more to the left, but on treads by so little that derivatives tell
+    nothing. Steps begin where the fast way has the balance, and are those of the mirror image.
+    """
+    from scipy.optimize import brentq
+
+    try:
+        # a bracket
+        y = float(held.x[held.y])
+        missing = held.missing(y)
+        step = math.copysign(FIRST_SIDEWAYS, missing)
+        beyond = y
+        for _ in range(STEPS_SIDEWAYS):
+            beyond = y + step
+            after = held.missing(beyond)
+            if missing * after <= 0:
+                break
+            y = beyond
+            missing = after
+            step *= 2
+        # the root in it
+        if missing * after < 0:
+            brentq(held.missing, y, beyond, xtol=1e-9)
+    except (NoContact, NotConverged, SceneError):
+        return None
+    return held.at
 
 
 def estimate_wheel_set(
