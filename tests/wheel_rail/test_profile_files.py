@@ -292,11 +292,27 @@ def test_named_pipes_and_devices_are_refused(tmp_path, suffix):
     ("rail.prr", "units.len.f = 0\n", None, "path", "line 1: units.len.f must be a positive number, not '0'"),
     ("rail.prr", "shift.y = 0,5\n", None, "path", "line 1: shift.y must be a number, not '0,5'"),
     ("rail.prr", "point.begin\n1 two\npoint.end\n", None, "path", "rail.prr, line 2: .* not '1 two'"),
+    ("rail.prr", "point.begin\n1 2\n2 3\n", None, "path", "rail.prr is cut off: point.end, .* is missing"),
     ("rail.ban", "ColumnDef=X,A\n\n1 2\n", None, "path", "X and Y are needed in each line, and ColumnDef = X,A"),
     ("rail.ban", "ColumnDef=X,A,Y\n\n1 2\n", None, "path", "rail.ban: X and Y are needed in each line"),
 ])  # fmt: skip
 def test_what_is_no_profile_is_refused(tmp_path, name, text, kind, field, words):
     refused(lambda: Profile.read(written(tmp_path / name, text), kind), field, match=words)
+
+
+@pytest.mark.parametrize("heading", ["z,y", "Z;Y", "z (mm), y (mm)", "No.,z,y"])
+def test_a_heading_may_name_z_before_y(tmp_path, heading):
+    text = heading + "\n" + rows(RAIL_POINTS[:, ::-1], "{:.6f},{:.6f}")
+    same(Profile.read(written(tmp_path / "rail.csv", text), "rail"), RAIL)
+
+
+def test_both_rails_in_one_file_and_micrometres_are_refused(tmp_path):
+    other = RAIL_POINTS + np.array([1500.0, 0.0])
+    both = np.vstack([RAIL_POINTS, other])
+    for points in (both, 1e3 * RAIL_POINTS):
+        path = written(tmp_path / "rail.csv", rows(points))
+        refused(lambda path=path: Profile.read(path, "rail"), "profile.y", match="give millimetres")
+    same(Profile.read(path, "rail", scale=1e-3), RAIL)
 
 
 test_mirrors_are_true_or_false = refusals(

@@ -39,6 +39,7 @@ SAYS_Z = re.compile(r"\bz down\b|^\s*mirror\.z\s*=", re.MULTILINE)
 """In files of varcontact, and in SIMPACK's header: the direction of z is no guess."""
 SAYS_Z_UP = re.compile(r"\bz up\b")
 """In MiniProf's files of varcontact."""
+COLUMN_NAMES = re.compile(r"\b[yz]\b", re.IGNORECASE)
 NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
 CHANGES = {
     **dict.fromkeys(("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z"), 0.0),
@@ -129,11 +130,12 @@ def _not_a_point(name: str, number: int, text: str) -> SceneError:
 
 def _columns(name: str, lines: list[str]) -> list[list[float]]:
     """Two columns below lines with words, which are headings, or three, the first of which counts
-    the points.
+    the points. Headings may name z before y.
 
     Remarks begin with a comment mark.
     """
     points: list[list[float]] = []
+    z_first = False
     first = None  # the number of the first point, where points are counted
     for number, line in enumerate(lines, 1):
         text = re.split("[!#%]", line)[0].replace('"', " ").strip()
@@ -148,6 +150,10 @@ def _columns(name: str, lines: list[str]) -> list[list[float]]:
             points.append(values)
         elif points or not _is_heading(text):
             raise _not_a_point(name, number, line.strip())
+        elif COLUMN_NAMES.findall(text) in (["z", "y"], ["Z", "Y"]):
+            z_first = True
+    if z_first:
+        return [[y, z] for z, y in points]
     return points
 
 
@@ -174,6 +180,9 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
             key, value = (part.strip().strip("'\"") for part in text.split("=", 1))
             if key in header:
                 header[key] = _keyword(f"{name}, line {number}: {key}", value, key)
+    if inside:
+        reason = f"{name} is cut off: point.end, after the last point, is missing"
+        raise SceneError("path", name, message=reason)
     return _changed(np.array(points).reshape(-1, 2), header).tolist()
 
 

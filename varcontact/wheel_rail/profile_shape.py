@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 NARROWEST = 1.0
 """Smallest width of a profile [mm]; in metres none has it."""
+WIDEST = 1000.0
+"""Largest width of a profile [mm]; in micrometres all have more, and so have both rails of a
+track."""
 ON_LINE = 1e-6
 """Distance below which a point lies on a line [mm]."""
 FLANGE = 0.1
@@ -53,12 +56,20 @@ class DoubtfulProfile(UserWarning):
 
 
 def check_shape(points: np.ndarray) -> None:
-    """Refuse lengths in metres, points that come twice, and segments that cross each other."""
+    """Refuse lengths in metres or micrometres, points that come twice, and segments that cross each
+    other.
+    """
     width = float(np.ptp(points[:, 0]))
     if width < NARROWEST:
         message = (
             f"the profile is {width:.3g} mm wide: give millimetres; "
             "a file in metres is read with scale=1000"
+        )
+        raise SceneError("profile.y", width, message=message)
+    if width > WIDEST:
+        message = (
+            f"the profile is {width:.5g} mm wide: give millimetres, and each rail by itself; "
+            "a file in micrometres is read with scale=0.001"
         )
         raise SceneError("profile.y", width, message=message)
     different, times = np.unique(points[:-1], axis=0, return_counts=True)
