@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.wheel_rail.conditions import DATA, WHEEL
-from varcontact.errors import Interrupted, SceneError
+from varcontact.errors import Interrupted, PlausibilityWarning, SceneError
 from varcontact.scene.friction import ExponentialFalling
 from varcontact.wheel_rail import Position, Profile, Velocity, case_file
 from varcontact.wheel_rail import solve as side_by_side
@@ -283,6 +283,26 @@ def test_the_identity_of_a_wheel_is_that_of_its_case_alone(tmp_path):
 def test_one_wheel_alone_says_what_is_wrong_with_it(tmp_path):
     with pytest.raises(SceneError, match="beside the rail"):
         solve_cases(read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "900.0")))
+
+
+@pytest.mark.parametrize("count", [1, 2, SIDE_BY_SIDE + 1])
+def test_a_wheel_that_is_refused_keeps_its_warnings(tmp_path, count):
+    """Which may say why: a gauge in metres puts wheels beside the rail. Alone, one after the other
+    and side by side.
+    """
+    places = [0.1 * k for k in range(count)]
+    text = CASE.replace("[1.0, 2.0, 9e2]", str(places)).replace("0.025", "0.025, gauge = 1.435")
+    file = read(tmp_path, text)
+    if count == 1:
+        with (
+            pytest.warns(PlausibilityWarning, match="gauge = 1.435 mm"),
+            pytest.raises(SceneError, match="beside the rail"),
+        ):
+            solve_cases(file)
+        return
+    table = solve_cases(file)
+    assert (table["outcome"] == "refused").all()
+    assert table["warnings"].str.contains("gauge = 1.435 mm").all()
 
 
 def test_solutions_are_handed_on_and_their_warnings_are_in_the_table(tmp_path):

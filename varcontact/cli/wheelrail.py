@@ -100,7 +100,10 @@ def _report(rows: list[dict[str, Any]]) -> str:
     if solved:
         lines = rows_of_text(solved, printed_columns(), "error_{}")
     for row in rows:
-        words = row["reason"] or (row["warnings"] if row["patch"] == 1 else "")
+        texts = [row["reason"]]
+        if row["patch"] <= 1:
+            texts.append(row["warnings"])
+        words = "; ".join(filter(None, texts))
         if words:
             lines.append(f"position {row['position']}, {row['side']}, {row['outcome']}: {words}")
     return "\n".join(lines)

@@ -32,11 +32,13 @@ from varcontact.io.toml_tables import (
     table_of,
 )
 from varcontact.scene.friction_laws import LAWS
+from varcontact.scene.plausibility import warn as warn_plausibility
 from varcontact.study.csv_table import Table, completed, of_another
 from varcontact.study.parallel import Execution, opened, results
 from varcontact.system.process import imported
 from varcontact.system.progress import Progress
 from varcontact.wheel_rail.patch_warnings import warn
+from varcontact.wheel_rail.plausibility import warnings_of
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
@@ -471,6 +473,7 @@ def _rows(
             warnings.simplefilter("always")
             found: Any = known
             if isinstance(known, VarcontactError):
+                warn_plausibility(warnings_of(case), stacklevel=1)
                 raise known
             if known is not None:
                 warn(known, stacklevel=1)
@@ -479,15 +482,18 @@ def _rows(
             else:
                 found = case.solve(**file.options)
     except VarcontactError as error:
-        if alone:
+        if alone:  # what it was warned of may be why
+            for each in caught:
+                warnings.warn(each.message, stacklevel=1)
             raise
         outcome = "refused"
         if isinstance(error, NotConverged):
             outcome = "not converged"
-        return [{**row, "patch": 0, "outcome": outcome, "reason": str(error), "warnings": ""}]
+        row |= {"patch": 0, "outcome": outcome, "reason": str(error)}
+        return [{**row, "warnings": _each_once(_texts_of(caught))}]
     if solved is not None:
         solved(found)
-    texts = [str(each.message) for each in caught]
+    texts = _texts_of(caught)
     of_sets = isinstance(case, WheelSetOnTrack)
     row |= {"outcome": "solved", "reason": ""} | axle_values(found, of_sets)
     rows = []
@@ -497,4 +503,12 @@ def _rows(
         of_wheel = row | {"side": side} | wheel_values(found, side, of_sets)
         for k, figures in enumerate(wheel.quantities(file.archard, file.yield_in_shear), 1):
             rows.append({**of_wheel, "patch": k, **figures})
-    return [{**each, "warnings": "; ".join(dict.fromkeys(texts))} for each in rows]
+    return [{**each, "warnings": _each_once(texts)} for each in rows]
+
+
+def _texts_of(caught: list[warnings.WarningMessage]) -> list[str]:
+    return [str(each.message) for each in caught]
+
+
+def _each_once(texts: list[str]) -> str:
+    return "; ".join(dict.fromkeys(texts))
