@@ -305,6 +305,15 @@ def test_a_wheel_that_is_refused_keeps_its_warnings(tmp_path, count):
     assert table["warnings"].str.contains("gauge = 1.435 mm").all()
 
 
+def test_options_that_wheels_do_not_have_are_refused_once(tmp_path):
+    """Before any is solved for, and without a table."""
+    file = read(tmp_path, CASE)
+    asked = dataclasses.replace(file, options={"accuracy": 0.1})
+    with pytest.raises(SceneError, match=r"^dx: the grids are chosen for the accuracy"):
+        solve_cases(asked, tmp_path / "table.csv")
+    assert not (tmp_path / "table.csv").exists()
+
+
 def test_solutions_are_handed_on_and_their_warnings_are_in_the_table(tmp_path):
     rail = Profile.rail_60e1()
     noise = 2e-3 * np.random.default_rng(1).normal(size=rail.z.size)

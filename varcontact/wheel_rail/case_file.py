@@ -46,7 +46,7 @@ from varcontact.wheel_rail.quantities import WORDS, axle_values, columns, wheel_
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.slices import SLICES, ProfileSlices
-from varcontact.wheel_rail.solve import SIDE_BY_SIDE, solve_wheels_on_rails
+from varcontact.wheel_rail.solve import SIDE_BY_SIDE, check_methods, solve_wheels_on_rails
 from varcontact.wheel_rail.track import Side, Track, WheelSet
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
@@ -310,6 +310,7 @@ def solve_rows(
     solved: Callable[[WheelRailSolution | WheelSetSolution], None] | None = None,
 ) -> list[dict[str, Any]]:
     """The rows of `solve_cases`, each with all columns."""
+    _check_options(file)
     report = execution.progress
     names = _identities(file)
     total = len(names)
@@ -355,6 +356,13 @@ def solve_rows(
             words = f" after {_count_finished(rows)} of {total} wheels"
             raise Interrupted(completed(chain(*rows), names_of_columns), words) from None
     return completed(chain(*rows), names_of_columns)
+
+
+def _check_options(file: CaseFile) -> None:
+    """Refuse options that wheels do not have, which all have the same elements."""
+    first = file.cases[0]
+    if isinstance(first, WheelOnRail) and not file.fast:
+        check_methods(first, file.options)
 
 
 def _columns_of(file: CaseFile) -> tuple[str, ...]:

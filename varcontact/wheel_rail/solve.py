@@ -217,8 +217,8 @@ class _Series:
 
 def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:
     """The accuracy or time that grids are chosen for: by default where nothing determines them."""
+    check_methods(case, methods)
     theory = methods.get("tangential") in THEORIES
-    _check_methods(case, methods, theory)
     given = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
     if given:
         return Target(**given)
@@ -230,8 +230,9 @@ def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:
     return None
 
 
-def _check_methods(case: WheelGeometry, methods: dict[str, Any], theory: bool) -> None:
-    """Refuse methods that wheels do not have."""
+def check_methods(case: WheelGeometry, methods: dict[str, Any]) -> None:
+    """Refuse methods that wheels do not have, or this one has not."""
+    theory = methods.get("tangential") in THEORIES
     checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], "left out: it is for histories of steps")
