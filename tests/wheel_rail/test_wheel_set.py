@@ -32,6 +32,8 @@ from varcontact.wheel_rail import (
     WheelSetOnTrack,
     rolling_radius_difference,
 )
+from varcontact.wheel_rail.equilibrium import Iterate
+from varcontact.wheel_rail.wheel_set_balance import _HeldSideways, _moved_sideways
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # elements are few to be fast
 ROLLING = Velocity(speed=20e3)
@@ -87,6 +89,25 @@ def test_a_small_lateral_force_on_treads():
     assert left == pytest.approx(-right, rel=1e-4)
     held = wheel_set(right, free=free[1:], **given).solve()
     assert held.force[1] == pytest.approx(1e3, abs=1.0)
+
+
+@pytest.mark.parametrize("balanced_at", [-20.0, -1.0, 0.0, 0.3, 7.0])
+def test_a_displacement_is_bracketed(balanced_at):
+    """Where it begins, beside it, at a bracket's end, and far away; the lateral force hardly
+    changes.
+    """
+    tol = 1e-8
+
+    def imbalance(x):
+        others = x[1:] - np.tanh(x[0] / 5)
+        lateral = 1e-4 * (balanced_at - x[0]) + 0.1 * others[0]
+        return np.array([lateral, *others])
+
+    start = np.array([0.0, 0.5, -0.5])
+    held = _HeldSideways(imbalance, 0, Iterate(start, imbalance(start), np.eye(3)), tol)
+    found = _moved_sideways(held)
+    assert found.largest <= tol
+    assert found.x[0] == pytest.approx(balanced_at, abs=2e-4)
 
 
 @pytest.mark.long

@@ -231,7 +231,7 @@ def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:
 
 
 def check_methods(case: WheelGeometry, methods: dict[str, Any]) -> None:
-    """Refuse methods that wheels do not have, or this one has not."""
+    """Refuse methods that wheels do not have, or that do not go with the elements of this one."""
     theory = methods.get("tangential") in THEORIES
     checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
     if methods.get("store") is not None:

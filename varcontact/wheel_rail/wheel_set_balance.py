@@ -46,6 +46,8 @@ FIRST_SIDEWAYS = 1.0
 """First step sideways to a bracket of the lateral force, in units of the displacement."""
 STEPS_SIDEWAYS = 7
 """Such steps at most, each twice the one before: 13 mm."""
+ROUNDING_SIDEWAYS = 1e-9
+"""Length of the bracket, in the same units, below which there is none but a jump in it."""
 
 
 class _Exact:
@@ -136,7 +138,8 @@ def _corrected(
 
     at = broyden(imbalance, x, tol, ROUNDS, derivatives)
     if at.largest > tol and "y" in balance.names:
-        held = _HeldSideways(imbalance, balance.names.index("y"), x, derivatives, tol)
+        start = Iterate(x, imbalance(x), derivatives)
+        held = _HeldSideways(imbalance, balance.names.index("y"), start, tol)
         at = _moved_sideways(held) or at
     if at.largest > tol:
         raise NotConverged(unbalanced(balance, at.imbalance), at.largest)
@@ -150,21 +153,20 @@ class _HeldSideways:
         self,
         imbalance: Callable[[np.ndarray], np.ndarray],
         y: int,
-        start: np.ndarray,
-        derivatives: np.ndarray,
+        start: Iterate,
         tol: float,
     ) -> None:
-        self.at: Iterate | None = None
-        self.x = start
+        assert start.derivatives is not None
+        self.at = start
         self.y = y
         self._imbalance = imbalance
-        self._others = np.delete(np.arange(start.size), y)
-        self._derivatives: np.ndarray | None = derivatives[np.ix_(self._others, self._others)]
+        self._others = np.delete(np.arange(start.x.size), y)
+        self._derivatives: np.ndarray | None = start.derivatives[np.ix_(self._others, self._others)]
         self._tol = tol
 
     def missing(self, y: float) -> float:
         """The lateral force that is not balanced at a displacement; 0 within the tolerance."""
-        x = self.x.copy()
+        x = self.at.x.copy()
         x[self.y] = y
         held = broyden(
             partial(self._of_others, x), x[self._others], self._tol / 2, ROUNDS, self._derivatives
@@ -172,7 +174,6 @@ class _HeldSideways:
         if held.largest > self._tol / 2:
             raise NotConverged("the other loads are not balanced", held.largest)
         x[self._others] = held.x
-        self.x = x
         self.at = Iterate(x, self._imbalance(x), None)
         self._derivatives = held.derivatives
         # unknowns and their loads have the same numbers
@@ -193,23 +194,20 @@ def _moved_sideways(held: _HeldSideways) -> Iterate | None:
     """
     from scipy.optimize import brentq
 
+    y = float(held.at.x[held.y])
     try:
-        # a bracket
-        y = float(held.x[held.y])
         missing = held.missing(y)
         step = math.copysign(FIRST_SIDEWAYS, missing)
-        beyond = y
         for _ in range(STEPS_SIDEWAYS):
-            beyond = y + step
-            after = held.missing(beyond)
-            if missing * after <= 0:
+            if missing == 0:
                 break
-            y = beyond
+            after = held.missing(y + step)
+            if missing * after < 0:
+                brentq(held.missing, y, y + step, xtol=ROUNDING_SIDEWAYS)
+                break
+            y += step
             missing = after
             step *= 2
-        # the root in it
-        if missing * after < 0:
-            brentq(held.missing, y, beyond, xtol=1e-9)
     except (NoContact, NotConverged, SceneError):
         return None
     return held.at
