@@ -189,8 +189,8 @@ class _HeldSideways:
 def _moved_sideways(held: _HeldSideways) -> Iterate | None:
     """The balance with the displacement bracketed; None where the other loads are not balanced.
 
-    To the right rails push ever more to the left, but on treads by so little that derivatives tell
-    nothing. Steps begin where the fast way has the balance, and are those of the mirror image.
+    To the right rails push ever more to the left, but on treads by so little that elements rule the
+    derivatives. Steps begin where the fast way has the balance, and are those of the mirror image.
     """
     from scipy.optimize import brentq
 
