@@ -133,6 +133,21 @@ def test_miniprof_old_and_new(tmp_path):
     same(Profile.read(written(tmp_path / "w.whl", old + body, "cp1252")), WHEEL)
 
 
+def test_a_file_of_miniprof_with_half_its_points_is_doubted(tmp_path):
+    """Files that CONTACT's users have lack up to 4 % of the points that their header counts."""
+    lines = rows(RAIL_POINTS * [1.0, -1.0], "{:.6f}\t{:.6f}").splitlines()
+    all_points = MINIPROF.format(n=len(lines), columns="X,Y", points="{points}")
+    nearly = all_points.format(points="\n".join(lines[: int(0.96 * len(lines)) + 1]))
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "nearly.ban: XYPoints")
+        Profile.read(written(tmp_path / "nearly.ban", nearly), mirror_z=True)
+    cut = all_points.format(points="\n".join(lines[: len(lines) // 2]))
+    words = f"cut.ban: XYPoints = {len(lines)}, but there are {len(lines) // 2} points"
+    with pytest.warns(DoubtfulProfile, match=words) as caught:
+        Profile.read(written(tmp_path / "cut.ban", cut), mirror_z=True)
+    assert {warning.filename for warning in caught} == {__file__}
+
+
 def test_a_unit_of_length_by_hand(tmp_path):
     path = written(tmp_path / "inch.csv", rows(RAIL_POINTS / 25.4, "{:.9f},{:.9f}"))
     same(Profile.read(path, "rail", scale=25.4), RAIL)

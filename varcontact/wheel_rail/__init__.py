@@ -26,7 +26,7 @@ from varcontact.wheel_rail.profile_dimensions import (
     flange_dimensions,
     rail_wear,
 )
-from varcontact.wheel_rail.profile_shape import DoubtfulProfile
+from varcontact.wheel_rail.profile_files import DoubtfulProfile
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import WheelRailSolution, wear
 from varcontact.wheel_rail.slices import ProfileSlices

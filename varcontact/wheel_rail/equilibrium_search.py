@@ -305,7 +305,7 @@ def on_flange(wheel: WheelOnRail) -> bool:
 
 
 def unbalanced(balance: Balance, imbalance: np.ndarray) -> str:
-    """A sentence on the largest imbalance of a wheel set without balance, and a likely cause."""
+    """A sentence on the largest imbalance of a wheel set without balance, and a cause if one shows."""
     case = balance.case
     words = f"no balance was found at y = {case.position.y:.4g} mm, where"
     wheels = [case.wheel(side, 0.0) for side in SIGN]
@@ -324,7 +324,7 @@ def unbalanced(balance: Balance, imbalance: np.ndarray) -> str:
     for wheel in wheels:
         if on_flange(wheel):
             return f"{words} {missing}: the {wheel.side} wheel stands on its rail with its flange"
-    return f"{words} {missing}: a wheel may climb, fall or be wedged"
+    return f"{words} {missing}"
 
 
 def _static_friction(wheel: WheelOnRail) -> float:

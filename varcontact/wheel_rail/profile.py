@@ -17,10 +17,16 @@ from varcontact.html import preformatted
 from varcontact.system.files import check_ending, write_whole
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve, spline
-from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
+from varcontact.wheel_rail.profile_files import (
+    KINDS,
+    DoubtfulProfile,
+    Kind,
+    rail_60e1,
+    read_points,
+    s1002,
+)
 from varcontact.wheel_rail.profile_fit import fitted, normal_distances, outlying, turning
 from varcontact.wheel_rail.profile_shape import (
-    DoubtfulProfile,
     check_shape,
     direction,
     doubt_of,
@@ -205,8 +211,8 @@ class Profile(checks.Checked):
         Warns
         -----
         DoubtfulProfile
-            Where a guess changes the sign of z, or a rail is hollow, and see
-            `Profile`.
+            Where a guess changes the sign of z, a rail is hollow, or a file of
+            MiniProf has fewer points than its ``XYPoints``; and see `Profile`.
         """
         if mirror_z is not None:
             mirror_z = checks.flag("mirror_z", mirror_z)

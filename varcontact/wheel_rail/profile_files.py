@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+import warnings
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable
 from importlib.resources import files
@@ -39,6 +40,10 @@ SAYS_Z = re.compile(r"\bz down\b|^\s*mirror\.z\s*=", re.MULTILINE)
 """In files of varcontact, and in SIMPACK's header: the direction of z is no guess."""
 SAYS_Z_UP = re.compile(r"\bz up\b")
 """In MiniProf's files of varcontact."""
+POINT_COUNT = re.compile(r"^\s*XYPoints\s*=\s*(\d+)", re.MULTILINE)
+"""In MiniProf's header."""
+COUNTED = 0.95
+"""Part of these points below which a file is probably cut off; files in use have 0.96 and more."""
 COLUMN_NAMES = re.compile(r"\b[yz]\b", re.IGNORECASE)
 NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
 CHANGES = {
@@ -49,6 +54,12 @@ CHANGES = {
 }
 """Keywords of SIMPACK's header that change its points, and their values where they are not
 given."""
+
+
+class DoubtfulProfile(UserWarning):
+    """Points that look like a profile of the other kind, upside down, or of exchanged sides; a file
+    that looks cut off.
+    """
 
 
 def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, bool]:
@@ -77,6 +88,13 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, b
         raise SceneError(
             "path", str(path), message=f"{file.name} has no points; known formats are {FORMATS}"
         )
+    count = POINT_COUNT.search(text)
+    if count and len(points) < COUNTED * int(count[1]):
+        words = (
+            f"{file.name}: XYPoints = {count[1]}, but there are {len(points)} points; "
+            "the file is probably cut off"
+        )
+        warnings.warn(words, DoubtfulProfile, stacklevel=4)
     if SAYS_Z_UP.search(text):
         return np.array(points) * [1.0, -1.0], kind, True
     return np.array(points), kind, SAYS_Z.search(text) is not None

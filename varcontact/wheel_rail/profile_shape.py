@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact.errors import SceneError
 from varcontact.wheel_rail.curve import growing
-from varcontact.wheel_rail.profile_files import Z_UP, Kind, read_points
+from varcontact.wheel_rail.profile_files import Z_UP, DoubtfulProfile, Kind, read_points
 
 if TYPE_CHECKING:
     from varcontact.wheel_rail.profile import Profile
@@ -49,10 +49,6 @@ the track side are usual."""
 BESIDE = 50
 """The top of a rail, or the lowest point of a wheel, with one in BESIDE of the points to either
 side, three at least, shows which way they run."""
-
-
-class DoubtfulProfile(UserWarning):
-    """Points that look like a profile of the other kind, upside down, or of exchanged sides."""
 
 
 def check_shape(points: np.ndarray) -> None:

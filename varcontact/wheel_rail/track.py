@@ -235,9 +235,10 @@ class Track(
         depth = points[:, 1] - points[-1, 1]
         if depth.max() < self.gauge_height:
             allowed = (
-                f"at most {depth.max():.3g} mm, where the rail's profile ends on the track side"
+                f"at most {depth.max():.3g} mm, where the rail's profile, "
+                f"{np.ptp(self.profile.y):.3g} mm wide, ends on the track side; "
+                "0 measures the gauge between the highest points"
             )
-            allowed += "; 0 measures the gauge between the highest points"
             raise SceneError("track.gauge_height", self.gauge_height, allowed)
         if self.gauge_height == 0:
             return np.array([self.gauge / 2, 0.0]) - points[-1]
