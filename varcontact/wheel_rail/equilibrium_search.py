@@ -305,7 +305,7 @@ def on_flange(wheel: WheelOnRail) -> bool:
 
 
 def unbalanced(balance: Balance, imbalance: np.ndarray) -> str:
-    """A sentence on the largest imbalance of a wheel set without balance, with a cause that shows."""
+    """A sentence on the largest imbalance of a wheel set without balance, and a cause if known."""
     case = balance.case
     words = f"no balance was found at y = {case.position.y:.4g} mm, where"
     wheels = [case.wheel(side, 0.0) for side in SIGN]
