@@ -256,7 +256,7 @@ def test_cant_leans_the_rails_inwards():
 
 @pytest.mark.parametrize(("make", "error", "field", "words"), [
     (lambda: wheel().patches(0.0), NoContact, "z", "above the rail; the wheel touches at z = 0.18213 mm"),
-    (lambda: wheel(y=150.0).touching, NoContact, "position.y", "beside the rail: it is at y = 830.39 to 960 mm"),
+    (lambda: wheel(y=150.0).touching, NoContact, "position.y", "beside the rail: it is at y = 830.39 to 960 mm, the rail at 716.83 to 791.13 mm"),
     (lambda: wheel(y=-85.0).patches(7.0), SceneError, "z", "the contact reaches the end of a profile near y = "),
     (lambda: wheel(z=0.3), SceneError, None, "vertical_force and z are both given"),
     (lambda: wheel(vertical_force=None), SceneError, None, "neither vertical_force nor z is given"),

@@ -283,9 +283,11 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     below = rail.at(points[:, 1])
     over = np.isfinite(below)
     if not over.any():
+        first, last = rail.points(rail.s[[0, -1]])[:, 0]
         reason = (
             "the wheel is beside the rail: it is at "
-            f"y = {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm"
+            f"y = {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm, "
+            f"the rail at {first:.5g} to {last:.5g} mm"
         )
         raise NoContact("position.y", float(centre[1]), message=reason)
     gap = np.full(s.size, np.inf)
