@@ -1,6 +1,7 @@
 """The formats of profiles: each file written here in its own way gives the same profile."""
 
 import os
+import re
 import warnings
 from functools import partial
 
@@ -98,6 +99,8 @@ def test_simpack_of_rails_and_wheels(tmp_path):
     same(Profile.read(written(tmp_path / "rail.prr", simpack(RAIL_POINTS))), RAIL)
     wheel = simpack(WHEEL_POINTS[::-1] / 1000, "{:.9f} {:.9f} 1.0", kind=1, unit=1.0)
     same(Profile.read(written(tmp_path / "wheel.prw", wheel)), WHEEL)
+    with_commas = re.sub(r"(\d)[.](\d)", r"\1,\2", wheel)
+    same(Profile.read(written(tmp_path / "commas.prw", with_commas)), WHEEL)
 
 
 def test_simpack_shifts_mirrors_and_cuts_as_its_header_says(tmp_path):

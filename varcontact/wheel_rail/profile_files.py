@@ -207,7 +207,7 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
 def _keyword(where: str, text: str, key: str) -> float:
     """The value of a keyword of SIMPACK's header, positive if it is a unit."""
     positive = key.startswith("units")
-    numbers = _numbers(text)
+    numbers = _numbers(text.replace(",", "."))  # one number: a comma is decimal
     if numbers is None or len(numbers) != 1 or (positive and numbers[0] <= 0):
         allowed = "a positive number" if positive else "a number"
         raise SceneError("path", text, message=f"{where} must be {allowed}, not {text!r}")
