@@ -308,7 +308,7 @@ def test_named_pipes_and_devices_are_refused(tmp_path, suffix):
     ("rail.csv", "nan,nan\n1,2\n", "rail", "path", "rail.csv, line 1: .* not 'nan,nan'"),
     ("rail.ban", "1 2\n3 four\n", None, "path", "rail.ban, line 2: .* not '3 four'"),
     ("rail.prr", "units.len.f = 0\n", None, "path", "line 1: units.len.f must be a positive number, not '0'"),
-    ("rail.prr", "shift.y = 0,5\n", None, "path", "line 1: shift.y must be a number, not '0,5'"),
+    ("rail.prr", "shift.y = 0,5,1\n", None, "path", "line 1: shift.y must be a number, not '0,5,1'"),
     ("rail.prr", "point.begin\n1 two\npoint.end\n", None, "path", "rail.prr, line 2: .* not '1 two'"),
     ("rail.prr", "point.begin\n1 2\n2 3\n", None, "path", "rail.prr is cut off: point.end, .* is missing"),
     ("rail.ban", "ColumnDef=X,A\n\n1 2\n", None, "path", "X and Y are needed in each line, and ColumnDef = X,A"),
