@@ -248,3 +248,18 @@ def test_creepage_is_open_without_friction(rolling):
     assert free.creepage[1:] == (0.01, 0.1)
     assert free.summary()["creepage"][0] is None
     assert "vx = nan" in free.report()
+
+
+@pytest.mark.parametrize(
+    "error", [vc.TooLarge("a product", 2e10, 1e10, "a smaller grid"), KeyError("a slip of ours")]
+)
+def test_errors_of_our_own_are_no_damage_of_a_file(sol, tmp_path, monkeypatch, error):
+    def fails(*arguments):
+        raise error
+
+    path = tmp_path / "sound.nc"
+    sol.save(path)
+    monkeypatch.setattr("varcontact.solving.verify.certificate_of", fails)
+    with pytest.raises(type(error)) as caught:
+        vc.load(path)
+    assert caught.value is error

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import OutputError
+from varcontact.errors import OutputError, SceneError
 from varcontact.io.records import (
     COUNT_AT,
     EARLIER_HISTORIES,
@@ -151,7 +151,8 @@ class Stored(Sequence[Solution]):
         if self.measured is None:
             return replace(sol, note=AS_STORED)
         before = self._read(k - 1) if k > 0 else None
-        with files.reading(self.path, f"is damaged in step {k}"):
+        impossible = ValueError, SceneError
+        with files.reading(self.path, f"is damaged in step {k}", errors=impossible):
             return self.measured(k, before, sol)
 
     def check(self, steps: Iterable[int] | None = None) -> None:

@@ -17,6 +17,7 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, with_subgrid
 from varcontact.discrete.stick_slip import ContactResponse, unit_slip, with_implied_fields
 from varcontact.interfaces.laws import FRICTION
+from varcontact.errors import SceneError
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
 from varcontact.results.history import History, heat_of, heat_so_far
@@ -95,7 +96,7 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
         return found
     if isinstance(found, History):
         return replace(found, solutions=with_verified_steps(cast(Stored, found.solutions)))
-    with reading(path):
+    with reading(path, errors=(ValueError, SceneError)):
         sol = replace(found, note="")
         if isinstance(sol.scene.motion, TimeStep):
             return replace(sol, note=ALONE)

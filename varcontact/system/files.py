@@ -51,7 +51,7 @@ def reading(
     except OutputError:
         raise
     except errors as error:  # HDF5, netCDF and JSON raise what they like where bytes were changed
-        raise OutputError(field, path, f"{wrong} ({first_line(error)})") from None
+        raise OutputError(field, path, f"{wrong} ({first_line(error)})") from error
 
 
 def writing(field: str, path: Path) -> AbstractContextManager[None]:
