@@ -16,8 +16,8 @@ from varcontact.discrete.certificate import certificate_of
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, with_subgrid
 from varcontact.discrete.stick_slip import ContactResponse, unit_slip, with_implied_fields
-from varcontact.interfaces.laws import FRICTION
 from varcontact.errors import SceneError
+from varcontact.interfaces.laws import FRICTION
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
 from varcontact.results.history import History, heat_of, heat_so_far
