@@ -449,7 +449,9 @@ def _solve_group(
         start = near.on(problem, numbers, [vx, vy], arrays.step)
     if before is not None:
         carried = side_by_side([before[number][0] for number in numbers]) / arrays.G
-        arrays.W[...] -= shift_before(problem, carried, kind.ahead)
+        shift = arrays.W - shift_before(problem, carried, kind.ahead)
+        arrays = replace(arrays, W=shift)
+        problem = replace(problem, rigid_shift=shift)
         start = carried, np.zeros((2, len(members)))
 
     # its solution; numbers out of range do not converge

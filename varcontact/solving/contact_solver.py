@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -470,25 +470,20 @@ def with_normal_force(
     """
     if isinstance(disc.surface, PinInHole):
         return _with_force_on_pin(disc, solver, state, coupled)
-    tried: list[tuple[float, float]] = []
+    search = _ForceSearch(max(FORCE_TOL, solver.tol))
     total = float(state.pressure.sum()) * disc.lattice.area * disc.scales.force
     while True:
         excess = disc.excess_force(state.traction, state.pressure)
-        no_nearer = len(tried) > 1 and abs(excess) >= abs(tried[-1][1])
-        enough = abs(excess) <= max(FORCE_TOL, solver.tol)
-        if enough or len(tried) == FORCE_SOLVES_MAX or no_nearer:
+        after = search.next_value(total, excess)
+        if after is None:
             return disc.at_approach(state.approach), state
-        slope = (1 + excess) / total  # forces grow together
-        if tried:
-            slope = (excess - tried[-1][1]) / (total - tried[-1][0])
-        tried.append((total, excess))
-        total -= excess / slope
-        under_total = disc.with_loading(normal_force=total)
-        state = replace(state, pressure=state.pressure * (total / tried[-1][0]))
+        under_total = disc.with_loading(normal_force=after)
+        state = replace(state, pressure=state.pressure * (after / total))
         if coupled:
             state = contact(under_total, solver, state)
         else:
             state = solver.pressure(under_total, state)
+        total = after
 
 
 def as_held(disc: Discretisation, state: ContactState) -> Discretisation:
@@ -505,7 +500,7 @@ def _with_force_on_pin(
     disc: Discretisation, solver: ContactSolver, state: ContactState, coupled: bool
 ) -> tuple[Discretisation, ContactState]:
     """The contact of a pin under its force: the secant finds the approach."""
-    tried: list[tuple[float, float]] = []
+    search = _ForceSearch(max(FORCE_TOL, solver.tol))
     approach = state.approach
     while True:
         held = disc.at_approach(approach)
@@ -514,14 +509,31 @@ def _with_force_on_pin(
             state = contact(held, solver, state)
         else:
             state = solver.pressure(held, state)
-        excess = disc.excess_force(state.traction, state.pressure)
-        no_nearer = len(tried) > 1 and abs(excess) >= abs(tried[-1][1])
-        enough = abs(excess) <= max(FORCE_TOL, solver.tol)
-        if enough or len(tried) == FORCE_SOLVES_MAX or no_nearer:
+        after = search.next_value(approach, disc.excess_force(state.traction, state.pressure))
+        if after is None:
             return held, state
-        slope = (1 + excess) / approach  # force and approach grow together
-        if tried:
-            slope = (excess - tried[-1][1]) / (approach - tried[-1][0])
-        tried.append((approach, excess))
-        # not more than half of the way back
-        approach = max(approach - excess / slope, approach / 2)
+        approach = max(after, approach / 2)  # at most half of the way back
+
+
+@dataclass
+class _ForceSearch:
+    """Secant search for the value, a sum of pressures or an approach, at which a contact carries
+    its normal force; `tol` is relative to that.
+    """
+
+    tol: float
+    tried: list[tuple[float, float]] = field(default_factory=list)
+
+    def next_value(self, value: float, excess: float) -> float | None:
+        """The next value, from the relative excess of the force at this one; None where the search
+        ends.
+        """
+        no_nearer = len(self.tried) > 1 and abs(excess) >= abs(self.tried[-1][1])
+        if abs(excess) <= self.tol or len(self.tried) == FORCE_SOLVES_MAX or no_nearer:
+            return None
+        slope = (1 + excess) / value  # the force grows in proportion
+        if self.tried:
+            last_value, last_excess = self.tried[-1]
+            slope = (excess - last_excess) / (value - last_value)
+        self.tried.append((value, excess))
+        return value - excess / slope
