@@ -163,7 +163,7 @@ class TimeStepping:
 
     scene: Scene[Transient]
     disc: Discretisation
-    steps: ContactSolver
+    solver: ContactSolver
     columns: int = 0
     lagging: tuple[Lagging, ...] = ()
 
@@ -245,11 +245,11 @@ class TimeStepping:
 
         The step `earlier` than that shows solvers where to begin.
         """
-        steps = changed(self.steps, stats=SolveStats(progress))
-        with steps.stats.stage("carried"):
+        solver = changed(self.solver, stats=SolveStats(progress))
+        with solver.stats.stage("carried"):
             scene, disc = self.problem(k, before, heated)
-        begin = initial_state(disc, before, earlier, steps)
-        solution = self._solved(scene, disc, before, begin, steps)
+        begin = initial_state(disc, before, earlier, solver)
+        solution = self._solved(scene, disc, before, begin, solver)
         if self.lagging:
             motion = scene.motion
             weights = np.array(
@@ -410,36 +410,22 @@ class TimeStepping:
         disc: Discretisation,
         before: Solution | None,
         state: ContactState,
-        steps: ContactSolver,
+        solver: ContactSolver,
     ) -> Solution:
-        cells = steps.plan.cells(scene)
-        if without_load(disc, steps.plan.closed_form, cells):
-            if cells != (1, 1):
-                disc = with_subgrid(disc, np.zeros(disc.grid.divided(cells).shape))
-            motion = scene.motion
-            size = math.hypot(motion.Fx or 0.0, motion.Fy or 0.0)
-            if size > 0:
-                raise Saturated(size, 0.0)
-            level = 0.0
-            if scene.approach is not None:
-                level = (scene.approach - disc.base) / disc.scales.displacement
-            exact = Certificate(
-                0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3))
-            )
-            state = changed(unloaded(disc.grid), approach=level)
-            response = ContactResponse(disc, state)
-            return solution_of(scene, response, steps.plan, exact, True, steps.stats)
+        cells = solver.plan.cells(scene)
+        if without_load(disc, solver.plan.closed_form, cells):
+            return _without_contact(scene, disc, solver, cells)
         if before is not None and self._keeps_pressure(scene, before):
             state = _with_pressure_before(disc, state, before)
         else:
-            disc, state = _with_pressure(disc, state, steps, cells)
-        state = contact(disc, steps, state)
-        with steps.stats.stage("grid"):
-            overlap = outside(disc, state, steps.plan.closed_form)
+            disc, state = _with_pressure(disc, state, solver, cells)
+        state = contact(disc, solver, state)
+        with solver.stats.stage("grid"):
+            overlap = outside(disc, state, solver.plan.closed_form)
         if overlap is not None:
             raise beyond(scene.surface, disc.grid, overlap)
-        solution = finish(scene, disc, state, steps)
-        if not steps.plan.has_friction:
+        solution = finish(scene, disc, state, solver)
+        if not solver.plan.has_friction:
             return solution
         response = ContactResponse(disc, state)
         sentences = [
@@ -447,6 +433,34 @@ class TimeStepping:
             *disc.interface.warnings(response, disc.surroundings),
         ]
         return changed(solution, warnings=(*solution.warnings, *filter(None, sentences)))
+
+
+def _without_contact(
+    scene: Scene, disc: Discretisation, solver: ContactSolver, cells: Cells
+) -> Solution:
+    """A step at which the bodies are apart."""
+    motion = scene.motion
+    size = math.hypot(motion.Fx or 0.0, motion.Fy or 0.0)
+    if size > 0:
+        raise Saturated(size, 0.0)
+    if cells != (1, 1):
+        disc = with_subgrid(disc, np.zeros(disc.grid.divided(cells).shape))
+    approach = 0.0
+    if scene.approach is not None:
+        approach = (scene.approach - disc.base) / disc.scales.displacement
+    state = changed(unloaded(disc.grid), approach=approach)
+    exact = Certificate(
+        gap=0.0,
+        relative_gap=0.0,
+        residual=0.0,
+        normal_relative_gap=0.0,
+        normal_residual=0.0,
+        tangential_residual=0.0,
+        level="full",
+        bounds=ForceBounds(np.zeros(3), np.zeros(3)),
+    )
+    response = ContactResponse(disc, state)
+    return solution_of(scene, response, solver.plan, exact, True, solver.stats)
 
 
 def _with_pressure_before(
@@ -461,15 +475,15 @@ def _with_pressure_before(
 
 
 def _with_pressure(
-    disc: Discretisation, state: ContactState, steps: ContactSolver, cells: Cells
+    disc: Discretisation, state: ContactState, solver: ContactSolver, cells: Cells
 ) -> tuple[Discretisation, ContactState]:
     """The contact with the pressure of a step."""
-    if steps.plan.coupling == "johnson":
-        bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
+    if solver.plan.coupling == "johnson":
+        bare = solver.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
         return disc, replace(bare, traction=state.traction)
     if cells != (1, 1):
-        return steps.pressure_on_subgrid(disc, state)
-    return disc, steps.pressure(disc, state)
+        return solver.pressure_on_subgrid(disc, state)
+    return disc, solver.pressure(disc, state)
 
 
 def long_step_warning(solution: Solution) -> str:
@@ -504,7 +518,7 @@ def _below(value: float) -> float:
 
 
 def initial_state(
-    disc: Discretisation, before: Solution | None, earlier: Solution | None, steps: ContactSolver
+    disc: Discretisation, before: Solution | None, earlier: Solution | None, solver: ContactSolver
 ) -> ContactState:
     """The state where the methods begin, in the scales of the discretisation: that of the step
     before, with tractions and creepages that change as in the step `earlier`.
@@ -533,7 +547,7 @@ def initial_state(
     approach = 0.0
     if np.isfinite(before.approach):
         approach = (before.approach - disc.base) / scales.displacement
-    if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
+    if solver.plan.tangential in ("tang", "tang-exact") and solver.plan.coupling == "none":
         traction = np.zeros_like(traction)
     return ContactState(before.pressure / scales.pressure, approach, traction, rigid)
 
