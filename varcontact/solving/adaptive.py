@@ -150,22 +150,26 @@ def solve_near(
     """The answer as of `solve`, and those on its grids; from those `near`, of another load, on
     their grids.
     """
-    levels: list[GridLevel] = []
-    return _refined(scene, options, levels, near), levels
+    assert options.target is not None
+    if options.plan.closed_form and not options.plan.has_friction:
+        return _closed_form(scene, options), []
+    grids = GridSequence[GridLevel](_first(scene, options, options.target))
+    return _refined(scene, options, grids, near), grids.levels
 
 
 def _refined(
-    scene: Scene, options: SolveOptions, levels: list[GridLevel], near: Sequence[GridLevel]
+    scene: Scene,
+    options: SolveOptions,
+    sequence: GridSequence[GridLevel],
+    near: Sequence[GridLevel],
 ) -> Answer:
-    """The answer to a target; `levels` gets those on all grids."""
+    """The answer to a target, on the last grid of a sequence that begins here."""
     target = options.target
     started = time.perf_counter()
     assert target is not None
-    if options.plan.closed_form and not options.plan.has_friction:
-        return _closed_form(scene, options)
     budget = target.seconds
+    levels = sequence.levels
     estimates: list[ErrorEstimate] = []
-    sequence = GridSequence(_first(scene, options, target), levels=levels)
     while True:
         # the answer on the next grid
         deadline = started + TIME_BUDGETS_MAX * budget
@@ -173,7 +177,7 @@ def _refined(
             deadline += COARSEST_SECONDS
         n = int(sequence.n)
         try:
-            last = _level(scene, options, n, (levels, near), deadline)
+            last = _level(scene, options, n, levels, near, deadline)
         except (OutOfTime, NotConverged) as error:
             return _after_failure(n, levels, options, error)
         sequence.learn(last, last.n)
@@ -347,17 +351,17 @@ def _level(
     scene: Scene,
     options: SolveOptions,
     n: int,
-    levels: tuple[Sequence[GridLevel], Sequence[GridLevel]],
+    before: Sequence[GridLevel],
+    near: Sequence[GridLevel],
     deadline: float,
 ) -> GridLevel:
     """The answer on the next grid; where a contact is too small for it, as in a step with little
     load, on a finer one.
 
-    Coarse grids have no certificate; a grid begins from the one before. `levels`: these, and those
-    of another load, from which and on whose grids it begins first.
+    Coarse grids have no certificate. A grid begins from the answer `near` it, of another load, or
+    from that on the grid before.
     """
     started = time.perf_counter()
-    before, near = levels
     final = len(before) + 1 >= GRIDS
 
     def tell(stage: str) -> None:
