@@ -40,10 +40,16 @@ SAME_NUMBERS = 1e-13
 """Influence numbers that differ by this part of the largest one are the same."""
 
 
-# ----------------------------------------------------------------------------- products by FFT
+@dataclass(eq=False)
+class TableProducts:
+    """What products with a table take, made when they first do; the operators of a kept table share
+    it.
+    """
 
-
-# ----------------------------------------------------------------------------- operators
+    whole: np.ndarray | None = None  # the matrix between all elements
+    symbol: np.ndarray | None = None
+    # of boxes, with their preconditioners, for solvers without a matrix
+    kernels: dict[tuple[int, int], Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +70,7 @@ class GridOperator:
     shape: tuple[int, int]
     table: np.ndarray
     period: tuple[bool, bool] = field(default=(False, False), kw_only=True)
-    # what products take: the symbol, or the whole matrix; and the kernels of boxes
-    _made: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+    _products: TableProducts = field(default_factory=TableProducts, init=False, repr=False)
     # made from the numbers once: by elements and by components
     _on_elements: dict[tuple[bytes, ...], dict[str, Any]] = field(
         default_factory=dict, init=False, repr=False
@@ -235,25 +240,26 @@ class GridOperator:
         size = self.shape[0] * self.shape[1]
         if size > DENSE_ELEMENTS:
             return None
-        if "whole" not in self._made:
+        products = self._products
+        if products.whole is None:
             whole = self.dense(np.arange(size))
             whole.setflags(write=False)
-            self._made["whole"] = whole
-        return np.asarray(self._made["whole"])
+            products.whole = whole
+        return products.whole
 
     @property
     def _symbol(self) -> np.ndarray:
-        if "symbol" not in self._made:
+        products = self._products
+        if products.symbol is None:
             symbol = spectrum_of(wrapped(self.table, self._box, self.period), self._box)
             symbol.setflags(write=False)
-            self._made["symbol"] = symbol
-        return np.asarray(self._made["symbol"])
+            products.symbol = symbol
+        return products.symbol
 
     @property
     def kernels(self) -> dict[tuple[int, int], Any]:
         """Kernels of boxes, and their preconditioners, for solvers without a matrix."""
-        kernels: dict[tuple[int, int], Any] = self._made.setdefault("kernels", {})
-        return kernels
+        return self._products.kernels
 
     @lazy_property
     def _box(self) -> tuple[int, int]:
@@ -364,9 +370,6 @@ class RestrictedOperator:
         return np.asarray((self.matrix @ tractions.ravel()).reshape(-1, self.elements.size))
 
 
-# ----------------------------------------------------------------------------- media
-
-
 class Medium(Protocol):
     """Two bodies as solvers meet them, dimensionless: the combined modulus of
     rigidity of their surfaces is 1.
@@ -443,8 +446,8 @@ class Homogeneous(ABC):
         """Displacements along `rows` by tractions along `columns`, combined over a stencil."""
         if len(rows) * len(columns) * len(stencil) * lattice.size > KEPT_NUMBERS:
             return GridOperator(lattice.shape, _table_of(lattice, rows, columns, stencil, self))
-        table, made = _kept_table(lattice, rows, columns, stencil, self)
-        return changed(GridOperator(lattice.shape, table), _made=made)
+        table, products = _kept_table(lattice, rows, columns, stencil, self)
+        return changed(GridOperator(lattice.shape, table), _products=products)
 
     @property
     def at_once(self) -> Homogeneous:
@@ -562,6 +565,6 @@ def _table_of(
 @lru_cache(maxsize=48)
 def _kept_table(
     lattice: Grid, rows: str, columns: str, stencil: Stencil, medium: Homogeneous
-) -> tuple[np.ndarray, dict[str, Any]]:
-    """The table of a small lattice, and what its operators make of it for their products."""
-    return _table_of(lattice, rows, columns, stencil, medium), {}
+) -> tuple[np.ndarray, TableProducts]:
+    """The table of a small lattice, with what its operators make of it for their products."""
+    return _table_of(lattice, rows, columns, stencil, medium), TableProducts()
