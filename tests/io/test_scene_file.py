@@ -119,6 +119,8 @@ def test_samples_from_files(tmp_path):
     ('length = "mm"', "length = 1e-3", "units.length", "a name, in quotes"),
     ('length = "mm"', 'lenght = "mm"', "units.lenght", "length"),
     ("[solve]", "[solve.more]", "solve.more", "no such key"),
+    ("[solve]", "[slove]", "slove", "did you mean solve"),
+    ("[solve]", "[method]", "method", "units, solve"),
 ])  # fmt: skip
 def test_wrong_entries(tmp_path, old, new, field, hint):
     assert old in FULL

@@ -462,3 +462,16 @@ def test_sections_elsewhere(wheel):
     refused(lambda: wheel.section(y=1.0), match=r"y = 1.0 .* on the grid")
     refused(lambda: vc.solve(CYLINDER).section(y=0.0), match="left out in line contact")
     refused(lambda: wheel.plot("pressure", y=0.0), match='or with the panel "section"')
+
+
+@pytest.mark.parametrize(("Rx", "Ry"), [(0.2, 0.09), (0.3, 0.2), (0.02, 0.2)])
+def test_panels_in_the_shape_of_the_contact_have_one_scale(caplog, Rx, Ry):
+    """Matplotlib widens no axes itself, of which it would tell by a line in the log."""
+    surface = vc.Paraboloids(Rx=Rx, Ry=Ry)
+    figure = vc.solve(rail(surface=surface, grid=vc.Grid(nx=20, ny=16))).plot()
+    figure.draw_without_rendering()
+    pressure, tractions = figure.axes[:2]
+    assert pressure.get_xlim() == pytest.approx(tractions.get_xlim())
+    assert pressure.get_ylim() == pytest.approx(tractions.get_ylim())
+    assert not caplog.records
+    plt.close(figure)

@@ -188,7 +188,7 @@ def solve_table(table: dict[str, Any]) -> dict[str, Any]:
 
 def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
     """A scene from nested dictionaries as a TOML file gives them."""
-    check_keys("", table, [f.name for f in dataclasses.fields(Scene)])
+    check_keys("", table, [f.name for f in dataclasses.fields(Scene)], taken=["solve"])
     for name in ("bodies", "surface"):
         if name not in table:
             raise SceneError(name, None, f"given: add a table [{name}]")

@@ -46,14 +46,17 @@ def needed(name: str, table: Mapping[str, Any], key: str) -> Any:
     return table[key]
 
 
-def check_keys(name: str, table: Mapping[str, Any], known: Iterable[str]) -> None:
+def check_keys(
+    name: str, table: Mapping[str, Any], known: Iterable[str], taken: Iterable[str] = ()
+) -> None:
     """Refuse keys that are not known; the error has the nearest one that is, or all of them where
-    none is near.
+    none is near. Keys that are already `taken` out of the table are named, too.
     """
     for key in table:
         if key not in known:
             field = f"{name}.{key}" if name else key
-            hint = checks.nearest(key, known) or f"; there are {', '.join(known)}"
+            there_are = (*known, *taken)
+            hint = checks.nearest(key, there_are) or f"; there are {', '.join(there_are)}"
             raise SceneError(
                 field, table[key], "left out", message=f"{field}: there is no such key{hint}"
             )

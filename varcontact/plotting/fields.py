@@ -316,6 +316,7 @@ def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
     x_label = _x_label(sol, lengths)
     if to_scale(box):
         ax.set_aspect("equal")
+        box = _filling(ax, box)
     else:
         ax.set_aspect("auto")
         x_label += "\n(x and y not to one scale)"
@@ -323,6 +324,19 @@ def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
     ax.set_ylabel(lengths.label("y"))
     ax.set_xlim(*lengths(box[:2]))
     ax.set_ylim(*lengths(box[2:]))
+
+
+def _filling(ax: Axes, box: Box) -> Box:
+    """A box, widened to the shape of axes that have one, so that matplotlib need not widen it."""
+    shape = ax.get_box_aspect()
+    if shape is None:
+        return box
+    left, right, bottom, top = box
+    width = max(right - left, (top - bottom) / shape)
+    height = shape * width
+    x = (left + right) / 2
+    y = (bottom + top) / 2
+    return x - width / 2, x + width / 2, y - height / 2, y + height / 2
 
 
 def to_scale(box: Box) -> bool:

@@ -66,6 +66,8 @@ COARSEST_SECONDS = 2.0
 STALLED = 0.9
 """Part of an estimate that both estimates after it exceed where the error does not fall with the
 grid."""
+PEAK_DOUBTED = 4.0
+"""Error of the largest pressure, relative to it and to the accuracy, from which it is doubted."""
 DOES_NOT_FALL = "it does not fall with the grid"
 DEFAULT_ELEMENTS_MAX = 40_000
 """Elements, where no accuracy is given: an answer that needs more has a larger error bar."""
@@ -526,6 +528,24 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
         best.get(name, own) for name, own in zip(names, answer.creepage, strict=True)
     )
     approach = best.get("approach", answer.approach)
+    doubt = _doubt_of_peak(answer, estimate)
     return replace(
-        answer, creepage=(first, second, third), approach=approach, error_estimate=estimate
+        answer,
+        creepage=(first, second, third),
+        approach=approach,
+        error_estimate=estimate,
+        warnings=(*answer.warnings, *doubt),
+    )
+
+
+def _doubt_of_peak(answer: Solution, estimate: ErrorEstimate) -> tuple[str, ...]:
+    """A sentence on a largest pressure that is known much worse than the forces, as of a body that
+    ends within the contact.
+    """
+    bar = estimate.bars.get("peak_pressure", 0.0)
+    if bar <= PEAK_DOUBTED * (estimate.accuracy or DEFAULT_ACCURACY) * answer.max_pressure:
+        return ()
+    return (
+        f"the largest pressure is known to {100 * bar / answer.max_pressure:.2g} % only; "
+        "if a body ends within the contact, it has no limit and grows with finer grids",
     )

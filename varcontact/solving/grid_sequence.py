@@ -12,6 +12,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from varcontact.scene.friction import Law
 from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
@@ -106,7 +107,8 @@ def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
 
 def order_of(scene: Scene) -> float:
     """Order of Richardson's steps for a scene."""
-    if scene.hardens:
+    remembers = isinstance(scene.friction, Law) and scene.friction.memory_distance > 0
+    if scene.hardens or remembers:
         return 1.0
     return ORDER
 

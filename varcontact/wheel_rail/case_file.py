@@ -142,7 +142,8 @@ def read_case(path: str | Path) -> CaseFile:
         entries = table_of("shakedown", table.pop("shakedown"))
         check_keys("shakedown", entries, ("yield_in_shear",))
         strength = checks.positive("shakedown.yield_in_shear", entries.get("yield_in_shear"))
-    check_keys("", table, _names_of(case_type))
+    taken = ["solve", "side", "wear", "shakedown"]
+    check_keys("", table, _names_of(case_type), taken)
     # parts that all positions have in common, and entries that may vary
     _make_parts(table, folder)
     varying = _varying_entries(table)

@@ -249,6 +249,28 @@ def test_the_largest_pressure_has_a_bar_and_does_not_count():
     assert abs(sol.max_pressure - exact) < estimate.bars["peak_pressure"] < 0.05 * exact
 
 
+def test_a_largest_pressure_without_a_limit_is_doubted():
+    """A roller whose end is a step: with elements half as large its pressure grows by sqrt(2), with
+    a rounded end it stays.
+    """
+    x = np.linspace(-1.2, 1.2, 241)
+
+    def solved(end, **grid):
+        h = x**2 / 2 + np.where(np.abs(x[:, None]) < 0.4, x[:, None] ** 2 / 20, end(x[:, None]))
+        surface = vc.SampledDistance(h=h, x=x, y=x)
+        return vc.solve(replace(ROLLING, surface=surface, normal_force=0.3, **grid))
+
+    def step(y):
+        return 0.0 * y + 1.0
+
+    coarse, fine = (solved(step, grid=vc.Grid(nx=n, ny=n)).max_pressure for n in (40, 80))
+    assert fine / coarse == pytest.approx(2**0.5, rel=0.2)
+    (words,) = (each for each in solved(step).warnings if "largest pressure" in each)
+    assert "% only; if a body ends within the contact, it has no limit" in words
+    rounded = solved(lambda y: y**2 / 20 + 5 * (np.abs(y) - 0.4) ** 2)
+    assert not any("largest pressure" in each for each in rounded.warnings)
+
+
 def test_a_little_time_gives_three_coarse_grids():
     sol = vc.solve(ROLLING, time_budget=1e-9)
     assert [solve.ny - 2 for solve in sol.error_estimate.solves] == [4, 6, 9]

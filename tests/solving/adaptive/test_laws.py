@@ -53,6 +53,22 @@ def test_carters_force_is_that_of_the_kinetic_coefficient(accuracy, part):
     assert sol.branch == "slip" and sol.certificate.residual < 1e-8
 
 
+@pytest.mark.parametrize("distance", [2e-3, 6e-3])
+def test_the_force_under_a_law_with_a_memory_is_within_its_bar(distance):
+    """Its error is of first order: behind the leading edge friction falls within an element."""
+    law = vc.StaticKinetic(0.4, 0.2, memory_distance=distance)
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=82e3, nu=0.28),
+        surface=vc.Paraboloids(200.0, 150.0),
+        normal_force=1e4,
+        friction=law,
+        motion=vc.Steady(vx=4e-3, vy=2e-3),
+    )
+    sol = vc.solve(scene, accuracy=0.01)
+    fine = vc.solve(replace(scene, grid=vc.Grid(nx=75, ny=75)), certify=None, start=sol.branch)
+    assert abs(sol.Fx - fine.Fx) < sol.error_estimate.bars["Fx"] < 0.02 * 0.4 * 1e4
+
+
 @pytest.mark.parametrize("changes", [
     {},
     {"motion": vc.Shift(ux=0.03, rotation=0.02)},
