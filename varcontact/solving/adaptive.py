@@ -26,7 +26,12 @@ import numpy as np
 from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
-from varcontact.results.quantities_of_interest import creepage_names, friction_limit, units, values
+from varcontact.results.quantities_of_interest import (
+    creepage_names,
+    static_friction_limit,
+    units,
+    values,
+)
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Grid
@@ -511,7 +516,7 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
     # in conformal contact the pressure carries a part of Fy
     if {"Fx", "Fy"} <= set(best) and not answer.scene.conformal:
         size = math.hypot(best["Fx"], best["Fy"])
-        limit = friction_limit(answer)
+        limit = static_friction_limit(answer)
         # extrapolated, a force may be beyond what friction carries
         if size > limit:
             part = limit / size

@@ -243,13 +243,13 @@ def check_saturation(scene: Scene) -> None:
     if not isinstance(motion, Steady | Shift):
         return
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
-    limit = _friction_limit(scene)
+    limit = _static_friction_limit(scene)
     if size > 0 and size >= limit:
         raise Saturated(size, limit)
 
 
-def _friction_limit(scene: Scene) -> float:
-    """The largest friction force, infinite where it is not known before the solution."""
+def _static_friction_limit(scene: Scene) -> float:
+    """f Fz with the largest coefficient, infinite where it is not known before the solution."""
     largest = scene.largest_coefficient
     if isinstance(largest, float) and scene.normal_force is not None:
         return largest * scene.normal_force
