@@ -32,7 +32,7 @@ from varcontact.solving.coupling import (
     OuterIteration,
     distance,
     fixed_point,
-    together,
+    solve_at_once,
 )
 from varcontact.solving.pipeline import check_memory, solve_problem
 from varcontact.system.process import changed
@@ -421,7 +421,7 @@ def _coupled(
         check_memory("coupled", spec, "none", 3 * disc.grid.size)
         settings = Settings(tol, stats=solver.stats, deadline=solver.deadline)
         with solver.stats.stage("both"):
-            disc, state, residual = together(disc, state, plan.coupling, settings)
+            disc, state, residual = solve_at_once(disc, state, plan.coupling, settings)
         if math.isnan(residual):
             residual = max(residuals(disc, state))
     if plan.coupling == "joint":

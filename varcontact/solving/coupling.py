@@ -229,7 +229,7 @@ def distance(values: np.ndarray, other: np.ndarray) -> float:
     return difference / max(size, difference * np.finfo(float).eps, np.finfo(float).tiny)
 
 
-def together(
+def solve_at_once(
     disc: Discretisation, state: ContactState, solver: str, settings: Settings
 ) -> tuple[Discretisation, ContactState, float]:
     """Pressure and tractions by a solver for both at once (`AT_ONCE`), from tractions under a
