@@ -162,10 +162,10 @@ class ContactSolver:
                     state, solved_by={**state.solved_by, "tangential": self.plan.tangential}
                 )
             if disc.sought(by_slip=False):
-                return self._with_implied_fields(disc, state)
+                return self._iterate_implied_fields(disc, state)
             return self._under_fields(disc, state)
 
-    def _with_implied_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
+    def _iterate_implied_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state whose tractions go with the fields that they imply: at once, or passes until
         these stay.
 
@@ -272,7 +272,9 @@ class ContactSolver:
         )
 
 
-def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) -> ContactState:
+def solve_pressure_and_tractions(
+    disc: Discretisation, solver: ContactSolver, start: ContactState
+) -> ContactState:
     """Pressure and tractions, from the pressure without tractions; `Saturated` if a force cannot be
     carried.
 
@@ -486,7 +488,7 @@ def with_normal_force(
         under_total = disc.with_loading(normal_force=total)
         state = replace(state, pressure=state.pressure * (total / tried[-1][0]))
         if coupled:
-            state = contact(under_total, solver, state)
+            state = solve_pressure_and_tractions(under_total, solver, state)
         else:
             state = solver.pressure(under_total, state)
 
@@ -511,7 +513,7 @@ def _with_force_on_pin(
         held = disc.at_approach(approach)
         state = replace(state, approach=approach)
         if coupled:
-            state = contact(held, solver, state)
+            state = solve_pressure_and_tractions(held, solver, state)
         else:
             state = solver.pressure(held, state)
         excess = disc.excess_force(state.traction, state.pressure)
