@@ -70,11 +70,10 @@ class ContactSolver:
 
     `tol`: natural-map residual to reach. `polish`: whether answers of programs are taken to
     rounding. `start`: where passes under a law of friction begin. `certify`: how much of a
-    certificate is wanted. `refined`: whether Newton's method goes on to rounding where that is
-    cheap. `continuum`: whether the solution is to be near the continuum's; under a law the passes
-    then begin with the kinetic coefficient (what the static one adds vanishes as the grid gets
-    finer), but in a history with what particles had. `deadline`: when solvers raise `OutOfTime`, by
-    `time.perf_counter` [s].
+    certificate is wanted. `loose_tolerance`: whether nothing beyond `tol` is of use. `continuum`:
+    whether the solution is to be near the continuum's; under a law the passes then begin with the
+    kinetic coefficient (what the static one adds vanishes as the grid gets finer), but in a history
+    with what particles had. `deadline`: when solvers raise `OutOfTime`, by `time.perf_counter` [s].
     """
 
     plan: Plan
@@ -83,7 +82,7 @@ class ContactSolver:
     stats: SolveStats
     start: str | Solution | None = None
     certify: str = "auto"
-    refined: bool = True
+    loose_tolerance: bool = False
     continuum: bool = False
     deadline: float = math.inf
 
@@ -266,10 +265,9 @@ class ContactSolver:
             return FIRST_TOL
         return max(FORCING_TERM * state.passes[-1][1], PASSES_TOL**2 * self.tol)
 
-    def _settings(self, tol: float, rough: bool = False) -> Settings:
-        return Settings(
-            tol, self.plan.formulation, self.stats, rough or not self.refined, self.deadline
-        )
+    def _settings(self, tol: float, in_passes: bool) -> Settings:
+        loose_tolerance = self.loose_tolerance or in_passes
+        return Settings(tol, self.plan.formulation, self.stats, loose_tolerance, self.deadline)
 
 
 def solve_pressure_and_tractions(

@@ -132,7 +132,7 @@ class ContactOnGrid:
         """
         loading = changed(self.disc.loading, approach=None, normal_force=normal_force)
         disc = changed(self.disc, loading=loading)
-        rough = changed(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
+        rough = changed(self.solver, tol=max(self.solver.tol, APPROACH_TOL), loose_tolerance=True)
         return changed(self, disc=disc, state=rough.pressure(disc, self.state))
 
     @property

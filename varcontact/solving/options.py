@@ -176,9 +176,17 @@ class SolveOptions:
             tol = max(tol, LOOSE)
         stats = SolveStats(self.progress, Trace() if self.trace else None)
         chosen = self.target is not None
-        refined = self.final and not chosen
+        loose_tolerance = chosen or not self.final
         return ContactSolver(
-            plan, tol, self.polish, stats, self.start, certify, refined, chosen, self.deadline
+            plan,
+            tol,
+            self.polish,
+            stats,
+            start=self.start,
+            certify=certify,
+            loose_tolerance=loose_tolerance,
+            continuum=chosen,
+            deadline=self.deadline,
         )
 
     def suit(self, scene: Scene) -> bool:

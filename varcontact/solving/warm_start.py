@@ -60,7 +60,7 @@ class Series:
             self.polish,
             SolveStats(self.progress, Trace() if self.trace else None),
             certify=self.certify,
-            refined=False,
+            loose_tolerance=True,
         )
         last = self._last
         if last is None:
