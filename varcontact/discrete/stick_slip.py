@@ -175,12 +175,12 @@ def _areas(response: ContactResponse) -> np.ndarray:
 
 
 def with_implied_fields(
-    disc: Discretisation, state: ContactState, by_slip: bool = False
+    disc: Discretisation, state: ContactState, *, by_slip: bool = False
 ) -> Discretisation:
     """The same under the fields that go with a state, from any source: those that its tractions
     imply, or those that follow from its slip.
     """
-    those = disc.interface.those(by_slip)
+    those = disc.interface.those(by_slip=by_slip)
     if those is None or disc.frictionless:
         return disc
     if by_slip:  # whatever slip area the source tells

@@ -180,7 +180,7 @@ class ContactSolver:
         first = those.first(None, disc.surroundings, disc.grid.shape)
         start = state.under({**first, **state.fields})
         tol = PASSES_TOL * self.tol
-        one_pass = pass_under_fields(disc, False, self._under_fields)
+        one_pass = pass_under_fields(disc, self._under_fields, by_slip=False)
         end = passes_over(sought, one_pass, start, Limits(tol, FIELD_PASSES_MAX, FIELD_PASSES_MAX))
         return changed(end, passes=state.passes)
 
@@ -328,15 +328,16 @@ def _jumps(sought: tuple[Quantity, ...]) -> bool:
 
 def pass_under_fields(
     disc: Discretisation,
-    by_slip: bool,
     solve: Callable[[Discretisation, ContactState], ContactState],
+    *,
+    by_slip: bool,
     whole: bool = False,
 ) -> OuterIteration:
     """A pass: the contact under the fields of the state, then the fields after it, and the residual
     of the tractions, or of the `whole`, under those that it implies.
     """
-    names = [each.name for each in disc.sought(by_slip)]
-    those = disc.interface.those(by_slip)
+    names = [each.name for each in disc.sought(by_slip=by_slip)]
+    those = disc.interface.those(by_slip=by_slip)
     assert those is not None
 
     def one_pass(state: ContactState) -> tuple[ContactState, float]:
@@ -344,7 +345,7 @@ def pass_under_fields(
         after = solve(under_fields, state)
         found = those.after(ContactResponse(under_fields, after), under_fields.surroundings)
         after = after.under({name: found[name] for name in names})
-        of_problems = residuals(with_implied_fields(disc, after, by_slip), after)
+        of_problems = residuals(with_implied_fields(disc, after, by_slip=by_slip), after)
         return after, max(of_problems) if whole else of_problems[1]
 
     return one_pass
@@ -374,7 +375,7 @@ def _with_fields_of_slip(
             rough = FORCING_TERM * state.passes[-1][1]
         return _coupled(under_fields, solver, state, max(tol, rough))
 
-    one_pass = pass_under_fields(disc, True, coupled, whole=solver.plan.loops)
+    one_pass = pass_under_fields(disc, coupled, by_slip=True, whole=solver.plan.loops)
     try:
         elements = int(np.count_nonzero(start.pressure)) + 2
         limits = limits_of_passes(sought, tol, elements)
