@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError
-from varcontact.plasticity.balls import NET_STRAIN, Families, Mechanism, families, mechanisms
+from varcontact.plasticity.balls import Families, Mechanism, families, mechanisms
 from varcontact.plasticity.flow_mesh import flow_mesh
 from varcontact.plasticity.koiter import FlowField, upper_bound
 from varcontact.plasticity.line_contact import LineLimit, line_limit, line_passage, with_proof
@@ -38,6 +38,8 @@ ELEMENTS_OF_FAMILIES = 16
 """Samples across the contact for closed forms: coarser grids are divided."""
 ELEMENTS = (24, 48)
 """The same for programs. With fewer gaps are 1 % more, but where the surface slides."""
+NET_STRAIN = 0.3
+"""Net by total plastic strain of a passage above which a mechanism is ratchetting."""
 SURFACE = 0.05
 """Depth in half-widths to which flow is that of the surface."""
 SPLINES = (14, 5, 16)
