@@ -1,5 +1,7 @@
 """From a scene to its dimensionless problems: what the mesh and the step may be."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,23 @@ def test_monotone_tells_the_sign_of_the_symmetric_part(rolling, ratio, part, nu,
 
 def test_a_shift_is_always_monotone(rolling):
     assert tangential_problem(rolling, 10, 1.0, nu=0.5, motion=vc.Shift).symmetric_part is not None
+
+
+def test_the_approach_is_prescribed_or_the_mean_where_the_pressure_acts(rolling):
+    """Of a pressure that solves the problem it is the answer's own."""
+    scene = rolling(
+        surface=vc.Paraboloids(Rx=1.0, Ry=1.0),
+        normal_force=1e-3,
+        grid=vc.Grid(nx=8, ny=8, dx=0.04, dy=0.04, x0=-0.16, y0=-0.16),
+    )
+    sol = vc.solve(scene, normal="norm")
+    disc = discretise(scene, sol.grid)
+    problem = disc.normal_problem(None)
+    pressure = sol.pressure.ravel() / disc.scales.pressure
+    found = problem.mean_approach(pressure) * disc.scales.displacement + disc.base
+    assert found == pytest.approx(sol.approach, rel=1e-6)
+    assert problem.mean_approach(0 * pressure) == 0
+    assert replace(problem, force=None, approach=0.7).mean_approach(pressure) == 0.7
 
 
 @pytest.mark.parametrize("part", [0.99e-6, 1e-9, 1e-30])

@@ -12,7 +12,7 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.interfaces.coulomb import BoundByPressure, Coulomb
 from varcontact.interfaces.heat import TEMPERATURE, FrictionalHeat
 from varcontact.interfaces.interface import Several, StepBefore, Surroundings, together
-from varcontact.interfaces.laws import FRICTION, FrictionLaw
+from varcontact.interfaces.laws import FRICTION, FrictionByLaw
 from varcontact.interfaces.third_body import DISPLACEMENT, YIELD_STRESS, YieldingLayer
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.units import Scales
@@ -30,7 +30,7 @@ PLACES = np.meshgrid(np.linspace(-1, 1, SHAPE[1]), np.linspace(-1, 1, SHAPE[0]))
 
 
 def by_law(law):
-    return FrictionLaw(law, GRID, SCALES, remembers=True)
+    return FrictionByLaw(law, GRID, SCALES, remembers=True)
 
 
 HEAT = FrictionalHeat((STEEL, STEEL), TimeStep(dq=0.1, dt=0.01), 0.3, SCALES)
@@ -241,7 +241,7 @@ def test_two_owners_of_a_quantity_are_refused():
 
 @pytest.mark.parametrize("parts", [(by_law(WARM),), (by_law(WARM), HEAT)])
 def test_an_interface_without_a_field_that_it_reads_is_refused(parts):
-    with pytest.raises(vc.SceneError, match=r"FrictionLaw") as error:
+    with pytest.raises(vc.SceneError, match=r"FrictionByLaw") as error:
         together(parts)
     assert (error.value.field, error.value.value) == ("interfaces", TEMPERATURE)
 
@@ -255,6 +255,6 @@ def test_only_interfaces_that_a_scene_has_are_made():
         motion=vc.Steady(vx=1e-3),
         grid=vc.Grid(nx=6, ny=6, dx=0.05, dy=0.05, x0=-0.15, y0=-0.15),
     )
-    assert type(discretise(scene, scene.grid).interface) is FrictionLaw
+    assert type(discretise(scene, scene.grid).interface) is FrictionByLaw
     plain = replace(scene, friction=0.3)
     assert type(discretise(plain, plain.grid).interface) is Coulomb

@@ -161,6 +161,16 @@ def test_records_that_cannot_be(files, tmp_path, change):
         assert read_all(path)
 
 
+@pytest.mark.parametrize(("keys", "value", "reason"), [
+    (["timing"], {}, "no total time"),
+    (["converged"], 1, "converged that is neither true nor false"),
+    (["branch"], "\x7f", "a branch that there is not"),
+])  # fmt: skip
+def test_a_damaged_record_says_what_is_wrong(files, tmp_path, keys, value, reason):
+    path = rewritten(files, tmp_path, with_entry(*keys, value=value))
+    refused(lambda: vc.load(path), match=rf"is damaged \(.*{reason}\)", error=vc.OutputError)
+
+
 def test_stored_records_name_no_files(files, tmp_path):
     """Else a file from somebody else would open any path, and tell its first line."""
     secret = tmp_path / "secret.txt"

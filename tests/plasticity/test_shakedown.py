@@ -11,7 +11,7 @@ from tests.plasticity.march import marched
 from varcontact.errors import NotConverged, SceneError
 from varcontact.plasticity.balls import ANY, AXIAL, families, smallest_balls
 from varcontact.plasticity.half_plane import HalfPlane
-from varcontact.plasticity.limits import Search, _by_programs, _Found, of_half_the_elements
+from varcontact.plasticity.limits import LimitSearch, _by_programs, _Found, of_half_the_elements
 from varcontact.plasticity.line_contact import line_limit, line_passage, with_proof
 from varcontact.plasticity.melan import lower_bound
 from varcontact.plasticity.passage import _layer as stress_layer
@@ -141,7 +141,7 @@ def test_where_the_surface_slides_alone_no_velocities_are_sought():
     stages = []
     sliding = ellipse(f=0.4, n=8)
     way = passage(sliding, 2, ones).half()
-    search = Search(sliding, 2, ones, "none", 1e-4, None, stages.append)
+    search = LimitSearch(sliding, 2, ones, "none", 1e-4, None, stages.append)
     found = _by_programs(_Found.closed(families(way), way, search), search, 1e-4, last=True)
     assert found.place[1] == 0
     assert any("lower bound" in stage for stage in stages)

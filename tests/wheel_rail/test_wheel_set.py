@@ -32,7 +32,7 @@ from varcontact.wheel_rail import (
     WheelSetOnTrack,
     rolling_radius_difference,
 )
-from varcontact.wheel_rail.equilibrium import Iterate
+from varcontact.wheel_rail.equilibrium import BroydenIterate
 from varcontact.wheel_rail.wheel_set_balance import _HeldSideways, _moved_sideways
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # elements are few to be fast
@@ -104,7 +104,7 @@ def test_a_displacement_is_bracketed(balanced_at):
         return np.array([lateral, *others])
 
     start = np.array([0.0, 0.5, -0.5])
-    held = _HeldSideways(imbalance, 0, Iterate(start, imbalance(start), np.eye(3)), tol)
+    held = _HeldSideways(imbalance, 0, BroydenIterate(start, imbalance(start), np.eye(3)), tol)
     found = _moved_sideways(held)
     assert found.largest <= tol
     assert found.x[0] == pytest.approx(balanced_at, abs=2e-4)

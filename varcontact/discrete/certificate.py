@@ -48,7 +48,7 @@ FFT_ROUNDING = 10.0
 """Rounding of a product by FFT, relative, in units of the machine's per doubling of its length
 (three transforms)."""
 
-AT_BOUND_TOL = 1e-12
+PUT_ON_BOUND_TOL = 1e-12
 """Relative distance from the bound at which a traction is put on it."""
 
 
@@ -387,7 +387,7 @@ def _admissible(problem: TangentialProblem, traction: np.ndarray) -> np.ndarray:
     admissible = project(traction, problem.bound)
     if not problem.no_slip:
         size = magnitude(admissible)
-        at_bound = (size > (1 - AT_BOUND_TOL) * problem.bound) & (size > 0)
+        at_bound = (size > (1 - PUT_ON_BOUND_TOL) * problem.bound) & (size > 0)
         factor = problem.bound / np.where(at_bound, size, 1.0)
         admissible = admissible * np.where(at_bound, factor, 1.0)
     # missing force, as a sum of tractions

@@ -235,9 +235,9 @@ class Discretisation:
             return ()
         return self.interface.implicit(self.transport)
 
-    def sought(self, by_slip: bool) -> tuple[Quantity, ...]:
+    def sought(self, *, by_slip: bool) -> tuple[Quantity, ...]:
         """Those implicit fields that follow from slip, or from tractions alone."""
-        those = self.interface.those(by_slip)
+        those = self.interface.those(by_slip=by_slip)
         if those is None or self.frictionless:
             return ()
         return those.implicit(self.transport)

@@ -38,6 +38,18 @@ class NormalProblem:
         """Deformed distance e = h + A p - d under pressures (n,), with the approach d (1,)."""
         return self.distance - rigid[0] + self.operator.apply(pressure[None])[0]
 
+    def mean_approach(self, pressure: np.ndarray) -> float:
+        """Approach d: the prescribed one, or the mean of h + A p weighted by the pressures (n,);
+        zero without any.
+        """
+        if self.approach is not None:
+            return self.approach
+        total = pressure.sum()
+        if total == 0:
+            return 0.0
+        level = self.distance + self.operator.apply(pressure[None])[0]
+        return float(pressure @ level / total)
+
     def reachable(self) -> NormalProblem:
         """The problem on the elements that can come into contact at all.
 

@@ -17,7 +17,7 @@ STICK = 1
 SLIP = 2
 PLASTIC = 3
 
-AT_BOUND_TOL = 1e-8
+SLIPS_TOL = 1e-8
 """Relative distance beyond the bound from which a trial traction slips."""
 
 
@@ -162,25 +162,25 @@ def _areas(response: ContactResponse) -> np.ndarray:
         trial = state.traction - response.shift / own
         size = np.hypot(*trial)
         noise = 1e-12 * np.abs(trial).max()
-        beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND_TOL) + noise
+        beyond = potential.sizes(size, own) > potential.bound * (1 + SLIPS_TOL) + noise
         areas[contact & beyond] = SLIP
         if disc.interface.flows:
             slip_bound = disc.interface.slip_bound(state.pressure, disc.surroundings)
             plastic = beyond & (potential.bound < slip_bound)
             if potential.flow is not None:
-                flows = size > potential.flow.threshold * (1 + AT_BOUND_TOL) + noise
+                flows = size > potential.flow.threshold * (1 + SLIPS_TOL) + noise
                 plastic |= flows & ~beyond
             areas[contact & plastic] = PLASTIC
     return areas
 
 
 def with_implied_fields(
-    disc: Discretisation, state: ContactState, by_slip: bool = False
+    disc: Discretisation, state: ContactState, *, by_slip: bool = False
 ) -> Discretisation:
     """The same under the fields that go with a state, from any source: those that its tractions
     imply, or those that follow from its slip.
     """
-    those = disc.interface.those(by_slip)
+    those = disc.interface.those(by_slip=by_slip)
     if those is None or disc.frictionless:
         return disc
     if by_slip:  # whatever slip area the source tells

@@ -84,7 +84,7 @@ class Periodic:
     ) -> GridOperator:
         """Displacements along `rows` by tractions along `columns`, combined over a stencil."""
         names = tuple(row + column for row in rows for column in columns)
-        first = _numbers(self, lattice.sides, lattice.line, names)
+        first = _numbers(self, lattice.sides, names)
         total = np.zeros_like(first)
         for ahead, weight in stencil:
             total += weight * np.roll(first, -_whole_elements(ahead / lattice.sides[0]), axis=-1)
@@ -108,9 +108,7 @@ def _whole_elements(columns: float) -> int:
 
 
 @lru_cache(maxsize=4)
-def _numbers(
-    medium: Periodic, sides: tuple[float, float], line: bool, names: tuple[str, ...]
-) -> np.ndarray:
+def _numbers(medium: Periodic, sides: tuple[float, float], names: tuple[str, ...]) -> np.ndarray:
     """Influence numbers (names, rows, nx) by offset, from zero on and back from the end."""
     times_k = _symbol_of(medium.flat, names)
     ny, nx = medium.shape

@@ -179,7 +179,7 @@ class Interface(ABC):
     by_slip: bool = False
     """True where its fields follow from slip; else tractions alone imply them."""
 
-    def those(self, by_slip: bool) -> Interface | None:
+    def those(self, *, by_slip: bool) -> Interface | None:
         """The interfaces whose fields follow from slip, or from tractions alone."""
         if self.by_slip != by_slip:
             return None
@@ -362,7 +362,7 @@ class Several(Interface):
         at = at.under(given)
         return tuple(each for part in self.parts for each in part.warnings(response, at))
 
-    def those(self, by_slip: bool) -> Interface | None:
+    def those(self, *, by_slip: bool) -> Interface | None:
         if by_slip:
             return self._by_slip
         return self._by_traction

@@ -10,14 +10,14 @@ from typing import Any
 from varcontact.interfaces.coulomb import BoundByPressure, Coulomb
 from varcontact.interfaces.heat import FrictionalHeat
 from varcontact.interfaces.interface import BetweenBodies, Interface, together
-from varcontact.interfaces.laws import FrictionLaw
+from varcontact.interfaces.laws import FrictionByLaw
 from varcontact.interfaces.third_body import YieldingLayer
 from varcontact.scene.friction import FrictionBound, Law
 
 KINDS: tuple[tuple[Callable[[BetweenBodies], bool], type[Any]], ...] = (
     (lambda given: given.scene.thermal is not None, FrictionalHeat),
     (lambda given: not isinstance(given.friction, Law | FrictionBound), Coulomb),
-    (lambda given: isinstance(given.friction, Law), FrictionLaw),
+    (lambda given: isinstance(given.friction, Law), FrictionByLaw),
     (lambda given: isinstance(given.friction, FrictionBound), BoundByPressure),
     (lambda given: given.scene.flows, YieldingLayer),
 )

@@ -57,7 +57,7 @@ alone."""
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionLaw(Interface):
+class FrictionByLaw(Interface):
     """A law of friction on a grid, which has the coefficients of the pass, or where nothing is
     known of slip the static one.
     """

@@ -347,10 +347,12 @@ def _check_statistics(sol: Solution) -> None:
         raise ValueError(
             "a certificate, times or iterations that are not numbers, zero or positive"
         )
-    if "total" not in sol.timing or not isinstance(sol.converged, bool):
-        raise ValueError("no total time, or a branch that there is not")
+    if "total" not in sol.timing:
+        raise ValueError("no total time")
+    if not isinstance(sol.converged, bool):
+        raise ValueError("converged that is neither true nor false")
     if sol.branch not in ("", *BRANCHES):
-        raise ValueError("no total time, or a branch that there is not")
+        raise ValueError("a branch that there is not")
 
 
 MARK = b"\nvarcontact sha256 "

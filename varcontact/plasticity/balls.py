@@ -39,8 +39,6 @@ CLOSE_BOUNDS = 1e-5
 """Difference of the bounds on a radius at which it is found, relative."""
 CANDIDATES = 80
 """Number of these points."""
-NET_STRAIN = 0.3
-"""Net by total plastic strain of a passage above which a mechanism is ratchetting."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,11 +154,6 @@ class Mechanism:
     net: np.ndarray
     critical: np.ndarray
     centre: np.ndarray
-
-    @property
-    def ratchets(self) -> bool:
-        """True where strain grows with each passage."""
-        return bool(np.hypot(*self.net) > NET_STRAIN)
 
 
 @dataclass(frozen=True, eq=False)

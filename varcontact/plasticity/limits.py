@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError
-from varcontact.plasticity.balls import NET_STRAIN, Families, Mechanism, families, mechanisms
+from varcontact.plasticity.balls import Families, Mechanism, families, mechanisms
 from varcontact.plasticity.flow_mesh import flow_mesh
 from varcontact.plasticity.koiter import FlowField, upper_bound
 from varcontact.plasticity.line_contact import LineLimit, line_limit, line_passage, with_proof
@@ -38,6 +38,8 @@ ELEMENTS_OF_FAMILIES = 16
 """Samples across the contact for closed forms: coarser grids are divided."""
 ELEMENTS = (24, 48)
 """The same for programs. With fewer gaps are 1 % more, but where the surface slides."""
+NET_STRAIN = 0.3
+"""Net by total plastic strain of a passage above which a mechanism is ratchetting."""
 SURFACE = 0.05
 """Depth in half-widths to which flow is that of the surface."""
 SPLINES = (14, 5, 16)
@@ -137,7 +139,7 @@ def shakedown(
     strength = yield_strength(k, peak)
     if answer.grid.line:
         return _of_line(answer, side, strength, hardening, elastic)
-    return _of_point(Search(answer, side, strength, hardening, gap, elastic, report))
+    return _of_point(LimitSearch(answer, side, strength, hardening, gap, elastic, report))
 
 
 def body_of(body: Any, solution: Any) -> Any:
@@ -175,7 +177,7 @@ def check_solution(solution: Solution) -> None:
 
 
 @dataclass(frozen=True)
-class Search:
+class LimitSearch:
     """What the limit of a point contact is sought of, and how."""
 
     solution: Solution
@@ -295,7 +297,7 @@ def tensor_of(deviator: np.ndarray) -> np.ndarray:
 # ----------------------------------------------------------------------------- point contact
 
 
-def _of_point(search: Search) -> Shakedown:
+def _of_point(search: LimitSearch) -> Shakedown:
     """Closed forms, then programs until the gap is closed."""
     search.report("stresses below the surface, and bounds of closed form")
     across = _elements_across(search.solution)
@@ -335,7 +337,7 @@ def _of_point(search: Search) -> Shakedown:
     )
 
 
-def _within(gap: float, found: _Found, search: Search) -> _Found:
+def _within(gap: float, found: _Found, search: LimitSearch) -> _Found:
     """Bounds with this gap: proved, and sought anew with more samples where they are not so
     close.
     """
@@ -371,7 +373,7 @@ def _parts(most: int, across: float) -> int:
     return max(1, round(most / across))
 
 
-def _passage(search: Search, parts: int, deepest: float = math.inf) -> Passage:
+def _passage(search: LimitSearch, parts: int, deepest: float = math.inf) -> Passage:
     """The passage with so many samples to an element; one half where that is enough."""
     whole = passage(
         search.solution, search.side, search.strength,
@@ -382,7 +384,7 @@ def _passage(search: Search, parts: int, deepest: float = math.inf) -> Passage:
     return whole
 
 
-def _least(alternating: Mechanism, surface: Mechanism, search: Search) -> Mechanism:
+def _least(alternating: Mechanism, surface: Mechanism, search: LimitSearch) -> Mechanism:
     """The lower one of the upper bounds of closed form."""
     if search.hardening == "kinematic" or alternating.factor < surface.factor:
         return alternating
@@ -407,7 +409,7 @@ class _Found:
     mechanism: FlowField | None = None
 
     @classmethod
-    def closed(cls, closed: Families, passage: Passage, search: Search) -> _Found:
+    def closed(cls, closed: Families, passage: Passage, search: LimitSearch) -> _Found:
         """Bounds of closed form."""
         least = _least(closed.alternating, closed.surface, search)
         lower = closed.axial
@@ -494,7 +496,7 @@ class _Found:
         return Section(y * passage.unit, depth, stress * least, utilised)
 
 
-def _by_programs(found: _Found, search: Search, gap: float, last: bool) -> _Found:
+def _by_programs(found: _Found, search: LimitSearch, gap: float, last: bool) -> _Found:
     """Bounds by programs, until the gap is closed: residual stresses; with the `last` samples, and
     where the surface does not slide alone, velocities on two meshes, and finer residual stresses.
     """
@@ -525,7 +527,7 @@ def _by_least(passage: Passage, strength: Strength) -> Strength:
     return by_least
 
 
-def _proved(found: _Found, search: Search, gap: float) -> _Found:
+def _proved(found: _Found, search: LimitSearch, gap: float) -> _Found:
     """With a lower bound that holds between samples, too, where the field has a closed form."""
     if found.passage.field is None:
         return found
@@ -544,7 +546,7 @@ def _proved(found: _Found, search: Search, gap: float) -> _Found:
 def _with_stresses(
     found: _Found,
     sizes: tuple[int, int, int],
-    search: Search,
+    search: LimitSearch,
     gap: float,
     margins: np.ndarray | None,
 ) -> LowerBound:

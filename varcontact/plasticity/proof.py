@@ -32,7 +32,7 @@ PARTS_MAX = 256
 
 
 @dataclass(frozen=True)
-class Layer:
+class DepthLayer:
     """Depths from `top` to `end`, a bound on all stresses in it, and the largest one at its top."""
 
     top: float
@@ -40,7 +40,7 @@ class Layer:
     radius: float
     peak: float
 
-    def __lt__(self, other: Layer) -> bool:
+    def __lt__(self, other: DepthLayer) -> bool:
         return self.radius > other.radius
 
 
@@ -63,7 +63,7 @@ class Proof:
         below += float(np.linalg.norm(self.centre(last)))
         return float(max(below, self.layers(enough)[0].radius))
 
-    def layers(self, enough: float) -> list[Layer]:
+    def layers(self, enough: float) -> list[DepthLayer]:
         """Layers from the surface to the last depth, of which the first has the largest radius."""
         layers = [self._layer(*ends, enough) for ends in pairwise(self._first_tops())]
         heapq.heapify(layers)
@@ -92,7 +92,7 @@ class Proof:
         thin = first * GROWTH ** np.arange(max(count, 0))
         return [0.0, *thin.tolist(), *positive.tolist()]
 
-    def _layer(self, top: float, end: float, enough: float) -> Layer:
+    def _layer(self, top: float, end: float, enough: float) -> DepthLayer:
         """The bound on all stresses in a layer, refined along x where it is not enough."""
         k = float(np.min(self.strength(np.array([top, end]))))
         ends = _LayerEnds(self.field, top, end - top, k, self.centre((top + end) / 2))
@@ -100,7 +100,7 @@ class Proof:
         between = self.field.between(top, ends.ahead) / k
         radius, peak = ends.largest(upper, lower, between, enough)
         far = self.field.beside(top, ends.ahead) / k + float(np.linalg.norm(ends.centre))
-        return Layer(top, end, max(radius + ends.added, far), peak)
+        return DepthLayer(top, end, max(radius + ends.added, far), peak)
 
 
 @dataclass(frozen=True, eq=False)

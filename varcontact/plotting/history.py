@@ -20,6 +20,7 @@ from varcontact.plotting import style
 from varcontact.plotting.fields import box_of, draw_areas, draw_section, draw_states
 from varcontact.plotting.unit_labels import measure
 from varcontact.results.history import History
+from varcontact.results.quantities_of_interest import friction_limit
 from varcontact.system.files import check_replaceable, reading, write_whole
 from varcontact.system.process import need
 
@@ -103,7 +104,7 @@ def _abscissa(history: History) -> tuple[np.ndarray, np.ndarray, str]:
 
 
 def _draw_forces(ax: Axes, history: History, places: np.ndarray) -> None:
-    limit = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in history])
+    limit = np.array([friction_limit(sol) for sol in history])
     finite = bool(np.all(np.isfinite(limit)))
     drawn = [*history.force.T]
     if finite:

@@ -16,7 +16,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.reference.no_slip_ellipse import Kernel, check_ellipse, no_slip_ellipse
+from varcontact.reference.no_slip_ellipse import EllipseKernel, check_ellipse, no_slip_ellipse
 from varcontact.system.process import one_blas_thread
 
 DEGREE = 80
@@ -92,7 +92,7 @@ def harmonic_coefficients(a_over_b: float, nu: float, kappa_a: float) -> np.ndar
     eta = np.pi * np.arange(-MODES, MODES + 1) / (PERIOD * b)
     radius = np.hypot(frequency, eta * b)
     angle = np.arctan2(eta * b, frequency)
-    kernel = Kernel(a, b, nu, DEGREE, np.array([*edge, 0.0, np.pi / 2, *angle]))
+    kernel = EllipseKernel(a, b, nu, DEGREE, np.array([*edge, 0.0, np.pi / 2, *angle]))
     points = np.arange(edge.size)
     n = np.arange(DEGREE + 1)
     weight = np.cos(edge)

@@ -104,7 +104,7 @@ def resultants(ratio: float, nu: float, degree: int) -> np.ndarray:
     inside = np.pi * np.arange(1, degree + 2) / (degree + 2)
     edge = inside - np.pi / 2
     directions = [0.0, np.pi / 2, np.pi / 4, -np.pi / 4]
-    kernel = Kernel(a, b, nu, degree, np.array([*edge, *directions]))
+    kernel = EllipseKernel(a, b, nu, degree, np.array([*edge, *directions]))
     points = np.arange(edge.size)
     n = degree + 1
     ALONG, ACROSS, UP, DOWN = range(edge.size, edge.size + 4)
@@ -129,7 +129,7 @@ def resultants(ratio: float, nu: float, degree: int) -> np.ndarray:
     return -np.array([force[0], force[1], moment])
 
 
-class Kernel:
+class EllipseKernel:
     """Christoffel-Darboux kernels K_n(t, c), 2 by 2, of the half-space's symbol, at some angles."""
 
     def __init__(self, a: float, b: float, nu: float, degree: int, angles: np.ndarray) -> None:

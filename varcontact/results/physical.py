@@ -23,7 +23,7 @@ from varcontact.discrete.stick_slip import (
 from varcontact.interfaces.heat import Heat
 from varcontact.interfaces.interface import Fields, StepBefore
 from varcontact.results.plan import Plan
-from varcontact.results.quantities_of_interest import semi_axes
+from varcontact.results.quantities_of_interest import friction_limit, semi_axes
 from varcontact.results.solution import Solution
 from varcontact.results.trace import trace_dataset
 from varcontact.scene.motion import Shift, Steady, TimeStep
@@ -285,7 +285,7 @@ class Normalised:
 
 def normalised(sol: Solution) -> Normalised:
     """See `Solution.normalised`."""
-    limit = float(sol.traction_bound.sum() * sol.grid.area)
+    limit = friction_limit(sol)
     if not 0 < limit < math.inf:
         limit = sol.normal_force
     if limit == 0:  # no contact

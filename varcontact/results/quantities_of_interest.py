@@ -153,7 +153,7 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     # without contact those of forces are zero
     if not scene.frictionless and answer.pressure.any():
         a, b = semi_axes(answer)
-        sizes |= frictional_units(friction_limit(answer), a, b, scene.bodies, scene.line)
+        sizes |= frictional_units(static_friction_limit(answer), a, b, scene.bodies, scene.line)
     return {name: abs(sizes.get(name, 0.0)) for name in values(answer)}
 
 
@@ -235,13 +235,18 @@ def frictional_units(
 
 
 def friction_limit(sol: Solution) -> float:
-    """f Fz: the largest force of friction, with the static coefficient where it follows a law."""
+    """The largest tangential force that friction can carry, under the bound of the solution."""
+    return float(sol.traction_bound.sum() * sol.grid.area)
+
+
+def static_friction_limit(sol: Solution) -> float:
+    """f Fz with the largest coefficient of the friction; the `friction_limit` where it has none."""
     if sol.scene.friction is None:
         return math.nan
     largest = sol.scene.largest_coefficient
     if isinstance(largest, float):
         return largest * sol.normal_force
-    return float(sol.traction_bound.sum() * sol.grid.area)
+    return friction_limit(sol)
 
 
 def semi_axes(sol: Solution) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from varcontact.discrete.stick_slip import EXTERIOR, SLIP
 from varcontact.html import in_rows
 from varcontact.results.error_estimate import ErrorEstimate, with_bar
 from varcontact.results.history import History
+from varcontact.results.quantities_of_interest import friction_limit
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.friction_laws import kind_of
@@ -141,14 +142,9 @@ def _rigid_motion(sol: Solution) -> str:
     return ", ".join(words)
 
 
-def _friction_limit(sol: Solution) -> float:
-    """The largest tangential force that friction can carry."""
-    return float(sol.traction_bound.sum() * sol.grid.area)
-
-
 def _tangential_force(sol: Solution) -> str:
     bars = _error_bars(sol)
-    limit = _friction_limit(sol)
+    limit = friction_limit(sol)
     Fx, Fy = (_without_noise(F, limit) for F in sol.force)
     along_x = with_bar(_without_noise(Fx, Fy), bars["Fx"])
     along_y = with_bar(_without_noise(Fy, Fx), bars["Fy"])
@@ -161,7 +157,7 @@ def _tangential_force(sol: Solution) -> str:
 def _twisting_moment(sol: Solution) -> str:
     if not sol.plan.has_moment:
         return f"none by {sol.plan.tangential}"
-    scale = _friction_limit(sol) * sol.grid.nx * sol.grid.sides[0]
+    scale = friction_limit(sol) * sol.grid.nx * sol.grid.sides[0]
     moment = _without_noise(sol.moment, scale)
     return f"Mz = {with_bar(moment, _error_bars(sol)['Mz'])}{_unit(sol, 'moment')}"
 
@@ -174,7 +170,7 @@ def _work(sol: Solution) -> Rows:
     if sol.motion.rolls == 0:
         unit = _unit(sol, "moment")
         distance = ""
-    limit = _friction_limit(sol)
+    limit = friction_limit(sol)
     power = _without_noise(sol.power, limit)
     dissipated = _without_noise(sol.friction_work, limit)
     supplied = f"{power:.5g}{unit}"

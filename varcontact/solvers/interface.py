@@ -188,7 +188,6 @@ class Settings:
 Solver = Callable[[Problem, Settings, Start], RawSolution]
 """Function of a problem, settings and a start to tractions; the start may be None but where only a
 polish is meant."""
-NormalSolver = Solver[NormalProblem, RawSolution | None]
 TangentialSolver = Solver[TangentialProblem, RawSolution | None]
 
 

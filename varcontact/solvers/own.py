@@ -143,11 +143,8 @@ def _pressure(
     """Pressures with their approach, which is their mean where it is not prescribed or told."""
     if not pressure.max() > 0:
         raise Failure("it returned no pressure")
-    if problem.approach is not None:
-        rigid = [problem.approach]
-    elif rigid is None:
-        level = problem.distance + problem.operator.apply(pressure[None])[0]
-        rigid = [float(pressure @ level / pressure.sum())]
+    if problem.approach is not None or rigid is None:
+        rigid = [problem.mean_approach(pressure)]
     approach = _numbers("approach", rigid, (1,))
     residual = normal_residual(problem, pressure, approach)
     if not residual <= PRESSURE_RESIDUAL_MAX:

@@ -113,11 +113,7 @@ def _alone(problem: NormalProblem | TangentialProblem, traction: np.ndarray) -> 
     """Pressures or tractions with the approach, or the rigid shift, that is known."""
     if isinstance(problem, TangentialProblem):
         return RawSolution(traction, np.zeros(problem.components))
-    approach = problem.approach
-    if approach is None:
-        level = problem.distance + problem.operator.apply(traction[None])[0]
-        approach = float(traction @ level / max(traction.sum(), np.finfo(float).tiny))
-    return RawSolution(traction, np.array([approach]))
+    return RawSolution(traction, np.array([problem.mean_approach(traction)]))
 
 
 def _measured(

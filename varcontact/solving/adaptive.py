@@ -26,7 +26,12 @@ import numpy as np
 from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
-from varcontact.results.quantities_of_interest import creepage_names, friction_limit, units, values
+from varcontact.results.quantities_of_interest import (
+    creepage_names,
+    static_friction_limit,
+    units,
+    values,
+)
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Grid
@@ -78,7 +83,7 @@ Answer = Solution | History
 
 
 @dataclass(frozen=True)
-class Patch:
+class ContactPart:
     """A part of the contact apart from the others: how narrow it is, in elements, and its part of
     the load.
     """
@@ -100,7 +105,7 @@ class GridLevel:
     answer: Answer
     values: dict[str, float]
     seconds: float
-    patches: tuple[Patch, ...]
+    patches: tuple[ContactPart, ...]
     unjudged: dict[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -119,7 +124,7 @@ class GridLevel:
         judged = {name: value for name, value in judged.items() if name not in unjudged}
         return cls(n, answer, judged, seconds, _patches(largest), unjudged)
 
-    def unresolved(self, accuracy: float | None) -> list[Patch]:
+    def unresolved(self, accuracy: float | None) -> list[ContactPart]:
         """Patches with few elements across that carry more of the load than the `accuracy`, or a
         peak that counts.
         """
@@ -286,7 +291,7 @@ def _floor(fine: GridLevel, name: str) -> float:
     return floor + FLOOR_UNLIKE * _unlikeness(fine.answer.scene) / fine.n
 
 
-def _missed(narrow: list[Patch], name: str) -> float:
+def _missed(narrow: list[ContactPart], name: str) -> float:
     """Error of a value by patches with too few elements across."""
     missed = 0.0
     for patch in narrow:
@@ -297,7 +302,7 @@ def _missed(narrow: list[Patch], name: str) -> float:
     return missed
 
 
-def _how_estimated(last_levels: list[GridLevel], narrow: list[Patch], order: float) -> str:
+def _how_estimated(last_levels: list[GridLevel], narrow: list[ContactPart], order: float) -> str:
     *coarser, finest = (f"{level.n:.0f}" for level in last_levels)
     grids = f"{', '.join(coarser)} and {finest} elements across the contact"
     how = f"by Richardson's steps of order {order:g} between grids of {grids}"
@@ -410,7 +415,7 @@ def _solved(scene: Scene, options: SolveOptions, initial_guess: Solution | None 
     return solve_on_grid(scene, options, initial_guess)
 
 
-def _patches(sol: Solution) -> tuple[Patch, ...]:
+def _patches(sol: Solution) -> tuple[ContactPart, ...]:
     """The patches of a contact, four standard deviations of its elements wide; none where Hertz
     tells its shape.
     """
@@ -428,7 +433,7 @@ def _patches(sol: Solution) -> tuple[Patch, ...]:
         variances = np.linalg.eigvalsh(np.atleast_2d(np.cov(places, rowvar=False, bias=True)))
         share = sol.pressure[patch].sum() / sol.pressure.sum()
         peak = sol.pressure[patch].max() == sol.pressure.max()
-        patches.append(Patch(4 * math.sqrt(variances[0] + 1 / 12), float(share), bool(peak)))
+        patches.append(ContactPart(4 * math.sqrt(variances[0] + 1 / 12), float(share), bool(peak)))
     return tuple(patches)
 
 
@@ -517,7 +522,7 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
     # in conformal contact the pressure carries a part of Fy
     if {"Fx", "Fy"} <= set(best) and not answer.scene.conformal:
         size = math.hypot(best["Fx"], best["Fy"])
-        limit = friction_limit(answer)
+        limit = static_friction_limit(answer)
         # extrapolated, a force may be beyond what friction carries
         if size > limit:
             part = limit / size

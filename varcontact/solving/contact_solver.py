@@ -32,7 +32,7 @@ from varcontact.solving.coupling import (
     OuterIteration,
     distance,
     fixed_point,
-    together,
+    solve_at_once,
 )
 from varcontact.solving.pipeline import check_memory, solve_problem
 from varcontact.system.process import changed
@@ -70,11 +70,10 @@ class ContactSolver:
 
     `tol`: natural-map residual to reach. `polish`: whether answers of programs are taken to
     rounding. `start`: where passes under a law of friction begin. `certify`: how much of a
-    certificate is wanted. `refined`: whether Newton's method goes on to rounding where that is
-    cheap. `continuum`: whether the solution is to be near the continuum's; under a law the passes
-    then begin with the kinetic coefficient (what the static one adds vanishes as the grid gets
-    finer), but in a history with what particles had. `deadline`: when solvers raise `OutOfTime`, by
-    `time.perf_counter` [s].
+    certificate is wanted. `loose_tolerance`: whether nothing beyond `tol` is of use. `continuum`:
+    whether the solution is to be near the continuum's; under a law the passes then begin with the
+    kinetic coefficient (what the static one adds vanishes as the grid gets finer), but in a history
+    with what particles had. `deadline`: when solvers raise `OutOfTime`, by `time.perf_counter` [s].
     """
 
     plan: Plan
@@ -83,7 +82,7 @@ class ContactSolver:
     stats: SolveStats
     start: str | Solution | None = None
     certify: str = "auto"
-    refined: bool = True
+    loose_tolerance: bool = False
     continuum: bool = False
     deadline: float = math.inf
 
@@ -162,10 +161,10 @@ class ContactSolver:
                     state, solved_by={**state.solved_by, "tangential": self.plan.tangential}
                 )
             if disc.sought(by_slip=False):
-                return self._with_implied_fields(disc, state)
+                return self._iterate_implied_fields(disc, state)
             return self._under_fields(disc, state)
 
-    def _with_implied_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
+    def _iterate_implied_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state whose tractions go with the fields that they imply: at once, or passes until
         these stay.
 
@@ -181,7 +180,7 @@ class ContactSolver:
         first = those.first(None, disc.surroundings, disc.grid.shape)
         start = state.under({**first, **state.fields})
         tol = PASSES_TOL * self.tol
-        one_pass = pass_under_fields(disc, False, self._under_fields)
+        one_pass = pass_under_fields(disc, self._under_fields, by_slip=False)
         end = passes_over(sought, one_pass, start, Limits(tol, FIELD_PASSES_MAX, FIELD_PASSES_MAX))
         return changed(end, passes=state.passes)
 
@@ -266,13 +265,14 @@ class ContactSolver:
             return FIRST_TOL
         return max(FORCING_TERM * state.passes[-1][1], PASSES_TOL**2 * self.tol)
 
-    def _settings(self, tol: float, rough: bool = False) -> Settings:
-        return Settings(
-            tol, self.plan.formulation, self.stats, rough or not self.refined, self.deadline
-        )
+    def _settings(self, tol: float, in_passes: bool) -> Settings:
+        loose_tolerance = self.loose_tolerance or in_passes
+        return Settings(tol, self.plan.formulation, self.stats, loose_tolerance, self.deadline)
 
 
-def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) -> ContactState:
+def solve_pressure_and_tractions(
+    disc: Discretisation, solver: ContactSolver, start: ContactState
+) -> ContactState:
     """Pressure and tractions, from the pressure without tractions; `Saturated` if a force cannot be
     carried.
 
@@ -328,15 +328,16 @@ def _jumps(sought: tuple[Quantity, ...]) -> bool:
 
 def pass_under_fields(
     disc: Discretisation,
-    by_slip: bool,
     solve: Callable[[Discretisation, ContactState], ContactState],
+    *,
+    by_slip: bool,
     whole: bool = False,
 ) -> OuterIteration:
     """A pass: the contact under the fields of the state, then the fields after it, and the residual
     of the tractions, or of the `whole`, under those that it implies.
     """
-    names = [each.name for each in disc.sought(by_slip)]
-    those = disc.interface.those(by_slip)
+    names = [each.name for each in disc.sought(by_slip=by_slip)]
+    those = disc.interface.those(by_slip=by_slip)
     assert those is not None
 
     def one_pass(state: ContactState) -> tuple[ContactState, float]:
@@ -344,7 +345,7 @@ def pass_under_fields(
         after = solve(under_fields, state)
         found = those.after(ContactResponse(under_fields, after), under_fields.surroundings)
         after = after.under({name: found[name] for name in names})
-        of_problems = residuals(with_implied_fields(disc, after, by_slip), after)
+        of_problems = residuals(with_implied_fields(disc, after, by_slip=by_slip), after)
         return after, max(of_problems) if whole else of_problems[1]
 
     return one_pass
@@ -374,7 +375,7 @@ def _with_fields_of_slip(
             rough = FORCING_TERM * state.passes[-1][1]
         return _coupled(under_fields, solver, state, max(tol, rough))
 
-    one_pass = pass_under_fields(disc, True, coupled, whole=solver.plan.loops)
+    one_pass = pass_under_fields(disc, coupled, by_slip=True, whole=solver.plan.loops)
     try:
         elements = int(np.count_nonzero(start.pressure)) + 2
         limits = limits_of_passes(sought, tol, elements)
@@ -421,7 +422,7 @@ def _coupled(
         check_memory("coupled", spec, "none", 3 * disc.grid.size)
         settings = Settings(tol, stats=solver.stats, deadline=solver.deadline)
         with solver.stats.stage("both"):
-            disc, state, residual = together(disc, state, plan.coupling, settings)
+            disc, state, residual = solve_at_once(disc, state, plan.coupling, settings)
         if math.isnan(residual):
             residual = max(residuals(disc, state))
     if plan.coupling == "joint":
@@ -480,7 +481,7 @@ def with_normal_force(
         under_total = disc.with_loading(normal_force=after)
         state = replace(state, pressure=state.pressure * (after / total))
         if coupled:
-            state = contact(under_total, solver, state)
+            state = solve_pressure_and_tractions(under_total, solver, state)
         else:
             state = solver.pressure(under_total, state)
         total = after
@@ -506,7 +507,7 @@ def _with_force_on_pin(
         held = disc.at_approach(approach)
         state = replace(state, approach=approach)
         if coupled:
-            state = contact(held, solver, state)
+            state = solve_pressure_and_tractions(held, solver, state)
         else:
             state = solver.pressure(held, state)
         after = search.next_value(approach, disc.excess_force(state.traction, state.pressure))

@@ -144,12 +144,12 @@ class _Unknown:
         for name, scale, part in zip(self.names, self.scales, parts, strict=True):
             least, greatest = limits.of(name)
             shape = _field(state, name).shape
-            field = np.clip(part.reshape(shape) * scale, least, greatest)
+            values = np.clip(part.reshape(shape) * scale, least, greatest)
             if name in state.fields:
-                state = state.under({name: field})
+                state = state.under({name: values})
             else:
-                changed: dict[str, Any] = {name: field}
-                state = replace(state, **changed)
+                update: dict[str, Any] = {name: values}
+                state = replace(state, **update)
         return state
 
 
@@ -229,7 +229,7 @@ def distance(values: np.ndarray, other: np.ndarray) -> float:
     return difference / max(size, difference * np.finfo(float).eps, np.finfo(float).tiny)
 
 
-def together(
+def solve_at_once(
     disc: Discretisation, state: ContactState, solver: str, settings: Settings
 ) -> tuple[Discretisation, ContactState, float]:
     """Pressure and tractions by a solver for both at once (`AT_ONCE`), from tractions under a

@@ -58,15 +58,12 @@ def contact_under(
     lattice = disc if disc.subgrid is None else disc.subgrid.disc
     pressures = pressures / scale
 
-    # the approach, or the mean of the elements or parts which the pressure acts on, weighted by it
+    # the approach of the elements, or of the parts which the pressure acts on
     acting = None
     if disc.K != 0:
         acting = state.traction
     problem = lattice.normal_problem(acting)
-    approach = problem.approach
-    if approach is None:
-        level = problem.distance + problem.operator.apply(pressures.reshape(1, -1))[0]
-        approach = float(pressures.ravel() @ level / pressures.sum())
+    approach = problem.mean_approach(pressures.ravel())
     approach += (lattice.base - base) / disc.scales.displacement
     return disc, replace(state, pressure=means(pressures, cells), approach=approach)
 

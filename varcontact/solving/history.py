@@ -39,7 +39,7 @@ def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
     """
     if not isinstance(scene.motion.start, Solution | None):
         raise SceneError("motion.start", scene.motion.start, "a Solution")
-    solver = replace(options.solver(scene), refined=True)
+    solver = replace(options.solver(scene), loose_tolerance=False)
     settings = {"tol": solver.tol, "polish": solver.polish}
     if options.store is not None:
         from varcontact.io.history import Stored

@@ -32,7 +32,12 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance, along_axes
-from varcontact.solving.contact_solver import ContactSolver, as_held, contact, with_normal_force
+from varcontact.solving.contact_solver import (
+    ContactSolver,
+    as_held,
+    solve_pressure_and_tractions,
+    with_normal_force,
+)
 from varcontact.solving.coupling import PASSES_MAX
 from varcontact.solving.initial_guess import InitialGuess, state_on, with_tractions_of
 from varcontact.solving.options import SolveOptions
@@ -120,7 +125,7 @@ class ContactOnGrid:
 
     def with_tractions(self) -> ContactOnGrid:
         """Contact with the tractions that go with the pressure."""
-        return replace(self, state=contact(self.disc, self.solver, self.state))
+        return replace(self, state=solve_pressure_and_tractions(self.disc, self.solver, self.state))
 
     def under(self, normal_force: float) -> ContactOnGrid:
         """Contact without tractions on these elements under a force, about as rough as its approach
@@ -128,7 +133,7 @@ class ContactOnGrid:
         """
         loading = changed(self.disc.loading, approach=None, normal_force=normal_force)
         disc = changed(self.disc, loading=loading)
-        rough = changed(self.solver, tol=max(self.solver.tol, APPROACH_TOL), refined=False)
+        rough = changed(self.solver, tol=max(self.solver.tol, APPROACH_TOL), loose_tolerance=True)
         return changed(self, disc=disc, state=rough.pressure(disc, self.state))
 
     @property
@@ -219,7 +224,7 @@ def solve_contact(
         if next_grid is None:
             state = _with_start(disc, solver, state, traction, initial_guess)
             held = as_held(disc, state)
-            state = contact(held, solver, state)
+            state = solve_pressure_and_tractions(held, solver, state)
             if coupled:
                 with solver.stats.stage("grid"):
                     closer = 0 < contacts <= CLOSER_GRIDS_MAX

@@ -176,9 +176,17 @@ class SolveOptions:
             tol = max(tol, LOOSE)
         stats = SolveStats(self.progress, Trace() if self.trace else None)
         chosen = self.target is not None
-        refined = self.final and not chosen
+        loose_tolerance = chosen or not self.final
         return ContactSolver(
-            plan, tol, self.polish, stats, self.start, certify, refined, chosen, self.deadline
+            plan,
+            tol,
+            self.polish,
+            stats,
+            start=self.start,
+            certify=certify,
+            loose_tolerance=loose_tolerance,
+            continuum=chosen,
+            deadline=self.deadline,
         )
 
     def suit(self, scene: Scene) -> bool:
@@ -243,13 +251,13 @@ def check_saturation(scene: Scene) -> None:
     if not isinstance(motion, Steady | Shift):
         return
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
-    limit = _friction_limit(scene)
+    limit = _static_friction_limit(scene)
     if size > 0 and size >= limit:
         raise Saturated(size, limit)
 
 
-def _friction_limit(scene: Scene) -> float:
-    """The largest friction force, infinite where it is not known before the solution."""
+def _static_friction_limit(scene: Scene) -> float:
+    """f Fz with the largest coefficient, infinite where it is not known before the solution."""
     largest = scene.largest_coefficient
     if isinstance(largest, float) and scene.normal_force is not None:
         return largest * scene.normal_force

@@ -279,7 +279,7 @@ class Program(Reported):
         traction, rigid = self._conic.recover(values, multipliers)
         if isinstance(contact.problem, NormalProblem):
             if z is None and self.formulation == "complementary":
-                rigid = _approach(contact.problem, traction)
+                rigid = np.array([contact.problem.mean_approach(traction)])
             disc, state = contact.with_pressure(traction, float(rigid[0]))
         else:
             field, shifts = contact.problem.on_grid(traction, rigid)
@@ -356,14 +356,6 @@ class _ContactProblem:
             disc = replace(disc, subgrid=Subgrid(parts, pressure))
             pressure = means(pressure, cells)
         return disc, replace(unloaded(disc.grid), pressure=pressure, approach=approach)
-
-
-def _approach(problem: NormalProblem, pressure: np.ndarray) -> np.ndarray:
-    """The approach (1,): where it is not prescribed the mean that goes with pressures (n,)."""
-    if problem.approach is not None:
-        return np.array([problem.approach])
-    level = problem.distance + problem.operator.apply(pressure[None])[0]
-    return np.array([pressure @ level / max(pressure.sum(), np.finfo(float).tiny)])
 
 
 @checks.named_options()

@@ -47,7 +47,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
-from varcontact.solving.contact_solver import ContactSolver, contact
+from varcontact.solving.contact_solver import ContactSolver, solve_pressure_and_tractions
 from varcontact.solving.on_grid import finish
 from varcontact.system.process import changed, lazy_property, need
 
@@ -419,7 +419,7 @@ class TimeStepping:
             state = _with_pressure_before(disc, state, before)
         else:
             disc, state = _with_pressure(disc, state, solver, cells)
-        state = contact(disc, solver, state)
+        state = solve_pressure_and_tractions(disc, solver, state)
         with solver.stats.stage("grid"):
             overlap = outside(disc, state, solver.plan.closed_form)
         if overlap is not None:

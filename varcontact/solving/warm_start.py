@@ -16,7 +16,7 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import SolveStats
 from varcontact.solvers.trace import Trace
-from varcontact.solving.contact_solver import ContactSolver, contact
+from varcontact.solving.contact_solver import ContactSolver, solve_pressure_and_tractions
 from varcontact.solving.on_grid import finish, solve_contact
 from varcontact.solving.options import check_saturation
 from varcontact.solving.pipeline import check_fits
@@ -60,7 +60,7 @@ class Series:
             self.polish,
             SolveStats(self.progress, Trace() if self.trace else None),
             certify=self.certify,
-            refined=False,
+            loose_tolerance=True,
         )
         last = self._last
         if last is None:
@@ -71,7 +71,7 @@ class Series:
             anew = {each.name for each in disc.sought(by_slip=True)}
             fields = {name: each for name, each in last.state.fields.items() if name not in anew}
             state = replace(last.state, iterations={}, status={}, solved={}, fields=fields)
-            state = contact(disc, solver, state)
+            state = solve_pressure_and_tractions(disc, solver, state)
         else:
             check_fits(scene, plan)
             disc, state = solve_contact(scene, solver, last.disc.operators, last.state.traction)

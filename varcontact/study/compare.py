@@ -15,6 +15,7 @@ import pandas as pd
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.html import preformatted
+from varcontact.results.quantities_of_interest import friction_limit
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -273,12 +274,11 @@ def _distances(sol: Solution, best: Solution) -> dict[str, Any]:
     pressures.
     """
     row: dict[str, Any] = {"misclassified": int(np.sum(sol.state != best.state))}
-    bound = best.traction_bound
-    limit = float(bound.sum() * best.grid.area)
+    limit = friction_limit(best)
     if 0 < limit < np.inf:
         row["force_distance"] = float(np.hypot(*(sol.force - best.force)) / limit)
         largest = np.hypot(*(sol.traction - best.traction)).max()
-        row["traction_distance"] = float(largest / bound.max())
+        row["traction_distance"] = float(largest / best.traction_bound.max())
     else:
         largest = np.abs(sol.pressure - best.pressure).max()
         row["traction_distance"] = float(largest / best.pressure.max())

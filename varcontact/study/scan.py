@@ -304,11 +304,11 @@ def _curves(scene: Scene, names: list[Any], triples: np.ndarray, forces: np.ndar
         "vy": with_unit("point", vy, "1"),
         "spin": with_unit("point", spin, "spin"),
     }
-    return xr.Dataset(data, coordinates, {"limit": _friction_limit(scene)})
+    return xr.Dataset(data, coordinates, {"limit": _coulomb_limit(scene)})
 
 
-def _friction_limit(scene: Scene) -> float:
-    """Coefficient times normal force; NaN without a single coefficient."""
+def _coulomb_limit(scene: Scene) -> float:
+    """f Fz of Coulomb's friction; NaN without a single coefficient, or an infinite one."""
     force = scene.normal_force
     if scene.hertz is not None:
         force = scene.hertz.force

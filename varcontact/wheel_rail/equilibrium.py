@@ -17,7 +17,7 @@ from varcontact.kinematics import Creepages, Frame
 from varcontact.wheel_rail.position import STEEPEST
 from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.track import SIGN
-from varcontact.wheel_rail.virtual_penetration import Ellipse, FastPatch
+from varcontact.wheel_rail.virtual_penetration import FastEllipse, FastPatch
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set_loads import BALANCED, LoadedWheelSet
 
@@ -44,7 +44,7 @@ Solver = Callable[[WheelOnRail], WheelForces]
 
 
 @dataclass(frozen=True, eq=False)
-class Balance:
+class LoadBalance:
     """The equations of a case: unknowns by their names, and the units of both."""
 
     case: LoadedWheelSet
@@ -137,12 +137,12 @@ class Balance:
 def _patch_with(frame: Frame, force: np.ndarray) -> FastPatch:
     """A patch with a force in its frame."""
     at_rest = Creepages(0.0, 0.0, 0.0, 1.0)
-    point = Ellipse(0.0, 0.0, 0.0, 0.0)
+    point = FastEllipse(0.0, 0.0, 0.0, 0.0)
     nowhere = np.full(2, np.nan)
     return FastPatch(frame, 0.0, at_rest, 0.0, point, force, 0.0, nowhere, nowhere, np.nan)
 
 
-def equations(case: LoadedWheelSet, held: tuple[str, ...] = ()) -> Balance:
+def equations(case: LoadedWheelSet, held: tuple[str, ...] = ()) -> LoadBalance:
     """Unknowns and loads, without free quantities that are `held`; wheels are as deep as by
     Hertz.
     """
@@ -190,7 +190,7 @@ def equations(case: LoadedWheelSet, held: tuple[str, ...] = ()) -> Balance:
             unknown[f"{side}_z"] = load / 2 / downwards, depth
         unknown["z"] = unknown["z"][0] + load / 2 / downwards, depth
     origin, units = np.array([unknown[name] for name in names]).reshape(-1, 2).T
-    return Balance(case, tuple(names), loads, load, float(depth), origin, units)
+    return LoadBalance(case, tuple(names), loads, load, float(depth), origin, units)
 
 
 def _load_at(case: LoadedWheelSet, touching: float, stiffness: float) -> float:
@@ -234,7 +234,7 @@ def _level(case: LoadedWheelSet) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Iterate:
+class BroydenIterate:
     """Unknowns with the imbalance that they leave, and derivatives of that."""
 
     x: np.ndarray
@@ -252,39 +252,41 @@ def broyden(
     tol: float,
     rounds: int,
     derivatives: np.ndarray | None = None,
-) -> Iterate:
+) -> BroydenIterate:
     """The iterate at which a root is found to `tol`, or from which no step leads on.
 
     Broyden's method with steps that are shortened until the imbalance falls; derivatives are
     computed anew, by differences, where it falls too slowly.
     """
-    at = Iterate(start, imbalance(start), derivatives)
+    at = BroydenIterate(start, imbalance(start), derivatives)
     for _ in range(rounds):
         if at.largest <= tol:
             break
         # derivatives by differences, where there are none that are good enough
         by_differences = at.derivatives is None
         if by_differences:
-            at = Iterate(at.x, at.imbalance, _differences(imbalance, at))
+            at = BroydenIterate(at.x, at.imbalance, _differences(imbalance, at))
         # a step, which corrects them
         after = _step(imbalance, at)
         if after is None:
             if by_differences:
                 break
-            at = Iterate(at.x, at.imbalance, None)
+            at = BroydenIterate(at.x, at.imbalance, None)
         elif not by_differences and after.largest > SLOW_FALL * at.largest:
-            at = Iterate(after.x, after.imbalance, None)
+            at = BroydenIterate(after.x, after.imbalance, None)
         else:
             at = after
     return at
 
 
-def _differences(imbalance: Callable[[np.ndarray], np.ndarray], at: Iterate) -> np.ndarray:
+def _differences(imbalance: Callable[[np.ndarray], np.ndarray], at: BroydenIterate) -> np.ndarray:
     steps = STEP * np.eye(at.x.size)
     return np.array([(imbalance(at.x + step) - at.imbalance) / STEP for step in steps]).T
 
 
-def _step(imbalance: Callable[[np.ndarray], np.ndarray], at: Iterate) -> Iterate | None:
+def _step(
+    imbalance: Callable[[np.ndarray], np.ndarray], at: BroydenIterate
+) -> BroydenIterate | None:
     """The iterate after one step, None if the imbalance does not fall."""
     assert at.derivatives is not None
     step = -np.linalg.lstsq(at.derivatives, at.imbalance, rcond=1e-12)[0]
@@ -298,5 +300,5 @@ def _step(imbalance: Callable[[np.ndarray], np.ndarray], at: Iterate) -> Iterate
         if np.linalg.norm(after) < np.linalg.norm(at.imbalance):
             off = after - at.imbalance - at.derivatives @ moved
             changed = at.derivatives + np.outer(off, moved) / (moved @ moved)
-            return Iterate(at.x + moved, after, changed)
+            return BroydenIterate(at.x + moved, after, changed)
     return None

@@ -18,7 +18,14 @@ from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.scene.friction import Law
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.bracketing import Lattice
-from varcontact.wheel_rail.equilibrium import CREEPAGE, Balance, Iterate, Solver, broyden, equations
+from varcontact.wheel_rail.equilibrium import (
+    CREEPAGE,
+    BroydenIterate,
+    LoadBalance,
+    Solver,
+    broyden,
+    equations,
+)
 from varcontact.wheel_rail.position import Velocity
 from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.track import SIGN
@@ -106,7 +113,7 @@ class Search:
         self._last: np.ndarray | None = None
         self._derivatives: np.ndarray | None = None
 
-    def found(self) -> tuple[Balance, np.ndarray]:
+    def found(self) -> tuple[LoadBalance, np.ndarray]:
         """The equations of all that is free, and their root."""
         self._hold(np.zeros(len(self._held)))  # what is refused where the search begins
         if not self._held:
@@ -114,7 +121,7 @@ class Search:
             return whole, self._root(whole, whole.unknowns(self._found), TOL).x
         origin = np.zeros(len(self._held))
         nearest = None
-        balances: list[tuple[Balance, Iterate]] = []
+        balances: list[tuple[LoadBalance, BroydenIterate]] = []
         for spacing, reach in LATTICES:
             lattice = self._lattice(origin, spacing, reach)
             balances += self._on_lattice(lattice, origin, spacing)
@@ -135,11 +142,11 @@ class Search:
 
     def _on_lattice(
         self, lattice: Lattice, origin: np.ndarray, spacing: float
-    ) -> list[tuple[Balance, Iterate]]:
+    ) -> list[tuple[LoadBalance, BroydenIterate]]:
         """Balances on a lattice around an origin: where loads jump across them, until there is one
         where they do not.
         """
-        balances: list[tuple[Balance, Iterate]] = []
+        balances: list[tuple[LoadBalance, BroydenIterate]] = []
         for point, last in lattice.brackets(len(self._held)):
             tol = ROUGH if last else SMOOTH
             balanced = self._balanced(origin + spacing * point, tol)
@@ -191,7 +198,7 @@ class Search:
         balance = equations(self._case.moved(self._values(point)), self._held)
         spun = next((name for name in ("pitch_rate", "speed") if name in balance.names), None)
         # from the wheel set held before
-        at: Iterate | None = None
+        at: BroydenIterate | None = None
         if self._last is not None:
             at = self._root(balance, self._last, HELD_TOL, self._derivatives)
         # from rolling wheels
@@ -213,8 +220,8 @@ class Search:
         return balance.left_over(self._wheels)
 
     def _root(
-        self, balance: Balance, x: np.ndarray, tol: float, derivatives: np.ndarray | None = None
-    ) -> Iterate:
+        self, balance: LoadBalance, x: np.ndarray, tol: float, derivatives: np.ndarray | None = None
+    ) -> BroydenIterate:
         return broyden(
             lambda x: balance.imbalance(balance.wheels(x, self._theories)),
             x,
@@ -223,7 +230,7 @@ class Search:
             derivatives,
         )
 
-    def _rolling(self, balance: Balance, x: np.ndarray, name: str | None) -> np.ndarray:
+    def _rolling(self, balance: LoadBalance, x: np.ndarray, name: str | None) -> np.ndarray:
         """The unknowns with the pitch rate, or speed, that balances its load with both wheels where
         they are.
 
@@ -268,7 +275,7 @@ class Search:
             creep = high
         return balance.unknowns(balance.values(x) | {name: pure * (1 + creep)})
 
-    def _balanced(self, point: np.ndarray, tol: float) -> tuple[Balance, Iterate] | None:
+    def _balanced(self, point: np.ndarray, tol: float) -> tuple[LoadBalance, BroydenIterate] | None:
         """All loads balanced near a point, to a `tol`."""
         try:
             self._hold(point)
@@ -304,7 +311,7 @@ def on_flange(wheel: WheelOnRail) -> bool:
     return bool(radius > wheel.wheelset.radius + wheel.wheelset.profile.z.max() / 2)
 
 
-def unbalanced(balance: Balance, imbalance: np.ndarray) -> str:
+def unbalanced(balance: LoadBalance, imbalance: np.ndarray) -> str:
     """A sentence on the largest imbalance of a wheel set without balance, and a cause if known."""
     case = balance.case
     words = f"no balance was found at y = {case.position.y:.4g} mm, where"
@@ -333,7 +340,7 @@ def _static_friction(wheel: WheelOnRail) -> float:
     return wheel.friction_at(0.0)
 
 
-def short(balance: Balance, load: str, missing: float) -> str:
+def short(balance: LoadBalance, load: str, missing: float) -> str:
     """A sentence on the part of a load that is not balanced; `missing` is relative to the load of
     the axle, and the arm of a moment.
     """
@@ -345,7 +352,7 @@ def short(balance: Balance, load: str, missing: float) -> str:
 
 
 def balanced_wheels(
-    balance: Balance, x: np.ndarray, solver: Solver
+    balance: LoadBalance, x: np.ndarray, solver: Solver
 ) -> tuple[WheelForces, WheelForces]:
     """The left and the right wheel at the balance; refused where one is above its rail, or
     wedged.

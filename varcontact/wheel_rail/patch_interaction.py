@@ -21,9 +21,9 @@ from varcontact.wheel_rail.patches import Interactions
 NORM_ELEMENTS_MAX = 2000
 """Elements that overlap, up to which NORM is asked first."""
 
-SEAM_ROUNDS = 40
+INTERACTION_ROUNDS = 40
 """Largest number of iterations for the pressures of parts."""
-SEAM_TOL = 1e-6
+INTERACTION_TOL = 1e-6
 """Change of the distance that ends them, relative to the approach."""
 
 
@@ -54,7 +54,7 @@ def with_interaction(scene: Scene, interactions: Interactions) -> Scene:
     assert problem.approach is not None
     excess = np.zeros(grid.shape)
     raw = None
-    for _ in range(SEAM_ROUNDS):
+    for _ in range(INTERACTION_ROUNDS):
         # pressures with the excess displacement of the round before
         posed = replace(problem, distance=problem.distance - excess.ravel())
         raw = _pressures(posed, raw)
@@ -67,7 +67,7 @@ def with_interaction(scene: Scene, interactions: Interactions) -> Scene:
             displaced.append(disc.operators.normal.apply(own[None])[0])
         excess = sum([unfelt[part, j][:, None] * u for j, u in enumerate(displaced)])
         change = float(np.abs(excess - before).max()) * disc.scales.displacement / scene.approach
-        if change <= SEAM_TOL:
+        if change <= INTERACTION_TOL:
             distance = surface.h - excess * disc.scales.displacement
             return replace(scene, surface=replace(surface, h=distance))
     raise NotConverged("the pressures of the parts of a patch did not settle", change)

@@ -79,7 +79,7 @@ def fitted(
         distances, normals, feet = normal_distances(moved, curve)
         opposite = np.isfinite(distances) & (feet[:, 0] >= over[0]) & (feet[:, 0] <= over[1])
         if opposite.sum() < FEWEST:
-            raise SceneError("to", int(opposite.sum()), message=_apart(points, feet, over))
+            raise SceneError("to", int(opposite.sum()), message=_apart(points, over))
         # small rotations are about the middle of the points that count
         middle = moved[opposite].mean(axis=0)
         arms = moved[opposite] - middle
@@ -98,7 +98,7 @@ def fitted(
     return angle, shift
 
 
-def _apart(points: np.ndarray, feet: np.ndarray, over: tuple[float, float]) -> str:
+def _apart(points: np.ndarray, over: tuple[float, float]) -> str:
     part = ""
     if np.isfinite(over).all():
         part = f" with y = {over[0]:.4g} to {over[1]:.4g} mm"

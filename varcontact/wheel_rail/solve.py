@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
@@ -84,10 +85,10 @@ def solve_wheels_on_rails(
                 contacts += own
                 counts.append(len(own))
             # tractions of all
-            settled = with_tractions_batched(contacts) if together else contacts
+            remaining = iter(with_tractions_batched(contacts) if together else contacts)
             # forces, which tell the heights after
             for each, count in zip(going, counts, strict=True):
-                each.learn([settled.pop(0) for _ in range(count)])
+                each.learn(list(islice(remaining, count)))
         for each in going:
             yield from each.new_answers()
         going = [each for each in going if not each.done]

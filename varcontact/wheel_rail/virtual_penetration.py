@@ -66,7 +66,7 @@ NORMAL = ("virtual-penetration", "analyn", "hertz")
 
 
 @dataclass(frozen=True)
-class Ellipse:
+class FastEllipse:
     """The ellipse that stands for a patch.
 
     Attributes
@@ -99,7 +99,7 @@ class FastPatch:
         Creepages of the rail over the wheel.
     approach : float
         Depth of the undeformed wheel in the rail [mm].
-    ellipse : Ellipse
+    ellipse : FastEllipse
     force : ndarray, shape (3,)
         (Fx, Fs, FN) on the rail in the contact frame [N].
     moment : float
@@ -114,7 +114,7 @@ class FastPatch:
     angle: float
     creepage: Creepages
     approach: float
-    ellipse: Ellipse
+    ellipse: FastEllipse
     force: np.ndarray
     moment: float
     on_rail: np.ndarray
@@ -307,7 +307,7 @@ def rolling(
     return FastWheel(case, wheel.z, tuple(patches))
 
 
-def fast_ellipse(case: WheelGeometry, group: list[Overlap], z: float, normal: str) -> Ellipse:
+def fast_ellipse(case: WheelGeometry, group: list[Overlap], z: float, normal: str) -> FastEllipse:
     """The ellipse of a patch by one of the methods, from the circle that is deepest in the rail."""
     deepest = max(group, key=lambda each: each.depth.max())
     k = int(deepest.depth.argmax())
@@ -321,7 +321,7 @@ def fast_ellipse(case: WheelGeometry, group: list[Overlap], z: float, normal: st
         contact = hertz(
             radius / np.cos(angle), 1 / bent, case.half_spaces, approach=approach * np.cos(angle)
         )
-        return Ellipse(contact.a, contact.b, contact.force, contact.peak_pressure)
+        return FastEllipse(contact.a, contact.b, contact.force, contact.peak_pressure)
     # with the circles beside, which are above the rail, and those between separate overlaps, which
     # count together
     whole = overlap(deepest.locus, slice(group[0].run.start - 1, group[-1].run.stop + 1), z)
@@ -363,7 +363,7 @@ def _by_virtual_penetration(
     approach: float,
     angle: float,
     radius: float,
-) -> Ellipse:
+) -> FastEllipse:
     """See the module; `depth` is the overlap over the places `across` the rail from the deepest
     point.
     """
@@ -390,7 +390,7 @@ def _by_hertz_of_each_strip(
     approach: float,
     angle: float,
     radius: float,
-) -> Ellipse:
+) -> FastEllipse:
     """See the module."""
     cosine = float(np.cos(angle))
     A = np.cos(angle) / (2 * radius)
@@ -407,7 +407,7 @@ def _by_hertz_of_each_strip(
     far = np.abs(np.arange(z.size) - k) > NEAR
     if not far.any():  # a patch of few circles
         contact = hertz(1 / (2 * A), spacing**2 / bend, case.half_spaces, approach=float(delta))
-        return Ellipse(contact.a, contact.b, contact.force, contact.peak_pressure)
+        return FastEllipse(contact.a, contact.b, contact.force, contact.peak_pressure)
     # Hertz's contact at each place across, for a force of 1
     B = np.interp(across, across[far], z[far] / across[far] ** 2)
     ones = np.ones(z.size)
@@ -442,7 +442,7 @@ def _strips(
     return step, s[half > 0], half[half > 0]
 
 
-def _alike(step: float, half: np.ndarray, longest: float, by_length: np.ndarray) -> Ellipse:
+def _alike(step: float, half: np.ndarray, longest: float, by_length: np.ndarray) -> FastEllipse:
     """The ellipse of the same area and length by width, from pressures by half lengths."""
     area = step * float(np.sum(2 * half))
     width = step * half.size
@@ -450,4 +450,4 @@ def _alike(step: float, half: np.ndarray, longest: float, by_length: np.ndarray)
     b = np.sqrt(area * width / (np.pi * 2 * longest))
     force = step * np.pi / 2 * float(by_length @ half**2)
     peak = float((by_length * half).max())
-    return Ellipse(float(a), float(b), force, peak)
+    return FastEllipse(float(a), float(b), force, peak)

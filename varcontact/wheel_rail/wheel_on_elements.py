@@ -29,7 +29,7 @@ from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wheel_geometry import ELEMENT, ContactPatch, WheelGeometry
 
-Known = TypeVar("Known")
+Item = TypeVar("Item")
 ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
 jump.
@@ -388,7 +388,7 @@ def _hertzian(patch: ContactPatch, case: WheelGeometry) -> InitialGuess:
     return InitialGuess(grid, peak * np.sqrt(overlap), patch.approach, still, (0.0, 0.0))
 
 
-def _each_of(known: Sequence[Known], scenes: Sequence[Scene]) -> list[Known | None]:
+def _each_of(known: Sequence[Item], scenes: Sequence[Scene]) -> list[Item | None]:
     """What is known of each patch, if there are as many."""
     if len(known) == len(scenes):
         return list(known)

@@ -19,7 +19,7 @@ from varcontact.errors import NoContact, NotConverged, PlausibilityWarning, Scen
 from varcontact.scene.plausibility import warn
 from varcontact.solving.options import CertifyName
 from varcontact.theories.creep_forces import TheoryName
-from varcontact.wheel_rail.equilibrium import STEP, Balance, Iterate, Solver, broyden
+from varcontact.wheel_rail.equilibrium import STEP, BroydenIterate, LoadBalance, Solver, broyden
 from varcontact.wheel_rail.equilibrium_search import (
     FastTheories,
     Search,
@@ -108,7 +108,7 @@ def _warn_of_patches(found: WheelSetSolution, stacklevel: int) -> None:
     warn(dict.fromkeys(texts), stacklevel=stacklevel)
 
 
-def _derivatives(balance: Balance, x: np.ndarray, fast: FastTheories) -> np.ndarray:
+def _derivatives(balance: LoadBalance, x: np.ndarray, fast: FastTheories) -> np.ndarray:
     """Derivatives of the imbalance, by the fast way."""
     columns = []
     for step in STEP * np.eye(x.size):
@@ -124,7 +124,7 @@ def _derivatives(balance: Balance, x: np.ndarray, fast: FastTheories) -> np.ndar
 
 
 def _corrected(
-    balance: Balance, x: np.ndarray, derivatives: np.ndarray, solver: Solver, tol: float
+    balance: LoadBalance, x: np.ndarray, derivatives: np.ndarray, solver: Solver, tol: float
 ) -> tuple[np.ndarray, int]:
     """The unknowns at which exact solutions are balanced, and the number of solutions of both
     wheels.
@@ -138,7 +138,7 @@ def _corrected(
 
     at = broyden(imbalance, x, tol, ROUNDS, derivatives)
     if at.largest > tol and "y" in balance.names:
-        start = Iterate(x, imbalance(x), derivatives)
+        start = BroydenIterate(x, imbalance(x), derivatives)
         held = _HeldSideways(imbalance, balance.names.index("y"), start, tol)
         at = _moved_sideways(held) or at
     if at.largest > tol:
@@ -153,7 +153,7 @@ class _HeldSideways:
         self,
         imbalance: Callable[[np.ndarray], np.ndarray],
         y: int,
-        start: Iterate,
+        start: BroydenIterate,
         tol: float,
     ) -> None:
         assert start.derivatives is not None
@@ -174,7 +174,7 @@ class _HeldSideways:
         if held.largest > self._tol / 2:
             raise NotConverged("the other loads are not balanced", held.largest)
         x[self._others] = held.x
-        self.at = Iterate(x, self._imbalance(x), None)
+        self.at = BroydenIterate(x, self._imbalance(x), None)
         self._derivatives = held.derivatives
         # unknowns and their loads have the same numbers
         lateral = float(self.at.imbalance[self.y])
@@ -186,7 +186,7 @@ class _HeldSideways:
         return self._imbalance(moved)[self._others]
 
 
-def _moved_sideways(held: _HeldSideways) -> Iterate | None:
+def _moved_sideways(held: _HeldSideways) -> BroydenIterate | None:
     """The balance with the displacement bracketed; None where the other loads are not balanced.
 
     To the right rails push ever more to the left, but on treads by so little that elements rule the
@@ -227,7 +227,7 @@ def estimate_wheel_set(
 
 
 def _solution(
-    balance: Balance, x: np.ndarray, solver: Solver, solved: int, inverse: np.ndarray | None
+    balance: LoadBalance, x: np.ndarray, solver: Solver, solved: int, inverse: np.ndarray | None
 ) -> WheelSetSolution:
     """The wheels at the balance; errors of forces there are errors of the unknowns."""
     left, right = balanced_wheels(balance, x, solver)

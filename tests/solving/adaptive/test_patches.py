@@ -83,7 +83,7 @@ def test_a_patch_too_narrow_adds_its_share_by_its_elements():
     for n in (6, 9, 14):
         sol = vc.solve(replace(scene, grid=vc.Grid(nx=n, ny=n)))
         levels.append(adaptive.GridLevel(n, sol, values(sol), 0.0, ()))
-    narrow = replace(levels[0], patches=(adaptive.Patch(2.0, 0.3, False),))
+    narrow = replace(levels[0], patches=(adaptive.ContactPart(2.0, 0.3, False),))
     target = adaptive.Target(accuracy=0.1)
     with_patch, without = (
         adaptive.estimated([each, *levels[1:]], target).errors for each in (narrow, levels[0])

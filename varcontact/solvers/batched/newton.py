@@ -77,7 +77,7 @@ def solve_batch(
     out = whole.within(*inside)
     traction, rigid = _first_guess(problem, start, inside)
     ny, nx, n = problem.bound.shape
-    method = Method(problem, transforms(ny, nx, problem.steps_ahead))
+    method = BatchedNewton(problem, transforms(ny, nx, problem.steps_ahead))
     places = max(1, min(n, POOL // (ny * nx)))
     waiting = 0  # the first problem that has not entered the pool yet
     work: tuple[Pool, NaturalMap] | None = None
@@ -144,10 +144,10 @@ def shift_before(problem: BatchedProblem, traction: np.ndarray, ahead: int) -> n
     ny, nx, _ = problem.bound.shape
     transform = transforms(ny, nx, ((ahead, 1.0),))
     symbol = transform.symbol(influence(problem, transform.columns) * (problem.dx / np.pi))
-    return Method(problem, transform).product(traction, symbol, symbol[:2, 0, 0])
+    return BatchedNewton(problem, transform).product(traction, symbol, symbol[:2, 0, 0])
 
 
-class Method:
+class BatchedNewton:
     """Newton's method for problems that share transforms and softened edges."""
 
     def __init__(self, problem: BatchedProblem, transforms: Transforms) -> None:
@@ -523,7 +523,7 @@ class Border:
     inverse: np.ndarray
 
     @classmethod
-    def of(cls, method: Method, pool: Pool, equations: NewtonEquations) -> Border:
+    def of(cls, method: BatchedNewton, pool: Pool, equations: NewtonEquations) -> Border:
         free = pool.free.astype(np.float32)
         per_element = pool.per_element.astype(np.float32)
         columns = [equations.free[c : c + 2] * free[c] for c in (0, 1)]
@@ -539,11 +539,11 @@ class Border:
         inverse = np.array([[left[1, 1], -left[0, 1]], [-left[1, 0], left[0, 0]]]) / determinant
         return cls(free, per_element, columns, images, inverse)
 
-    def sums(self, method: Method, step: np.ndarray) -> np.ndarray:
+    def sums(self, method: BatchedNewton, step: np.ndarray) -> np.ndarray:
         return self.per_element * method._sums(step) * self.free
 
     def corrected(
-        self, method: Method, step: np.ndarray, lacking: np.ndarray
+        self, method: BatchedNewton, step: np.ndarray, lacking: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """A preconditioned step and the rigid shifts with which it has the forces that lack."""
         off = (self.sums(method, step) - lacking) * self.free

@@ -75,7 +75,7 @@ def balanced(conditions: Conditions, at: Point) -> Point:
 
 
 @dataclass(frozen=True, eq=False)
-class Measure:
+class PointMeasure:
     """Distance of a point from the solution: the largest error relative to the largest traction,
     and the norm of all.
     """
@@ -86,7 +86,7 @@ class Measure:
     largest: float
 
 
-def measured(conditions: Conditions, at: Point) -> Measure:
+def measured(conditions: Conditions, at: Point) -> PointMeasure:
     """Measure of a point by the natural map, whose trial tractions are kept."""
     trial = at.traction - at.shift
     image = conditions.projected(trial)
@@ -97,12 +97,12 @@ def measured(conditions: Conditions, at: Point) -> Measure:
     if not largest > 0:
         largest = 1.0
     residual = max(float(np.sqrt(square.max())), float(np.abs(lacking).max(initial=0.0))) / largest
-    return Measure(trial, residual, float(np.sqrt(square.sum() + lacking @ lacking)), largest)
+    return PointMeasure(trial, residual, float(np.sqrt(square.sum() + lacking @ lacking)), largest)
 
 
 def line_search(
-    conditions: Conditions, at: Point, step: Step, now: Measure
-) -> tuple[Point, Measure]:
+    conditions: Conditions, at: Point, step: Step, now: PointMeasure
+) -> tuple[Point, PointMeasure]:
     """The point after the first part of a step that lowers the merit enough, or the best of all;
     where none does, the point as it was.
     """
