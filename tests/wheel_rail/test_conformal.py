@@ -162,6 +162,23 @@ def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
     )
 
 
+def test_the_choice_of_a_curved_surface_is_no_matter_of_the_elements():
+    """Between two edges of the gauge corner the patch goes on to the rail's face, where the rail has
+    no inclination: a curved surface all along, on coarse and on fine elements; the forces grow.
+    """
+    track = Track(rail=RAIL, cant=0.025)
+    y = [6.4, 6.45, 6.55, 6.62, 6.7]
+    along = []
+    for side in (1.0, 0.5):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = [wheel(each, track=track, dx=side, dy=side).solve() for each in y]
+        assert [each.case.conformal is True for each in found] == [False, True, True, True, False]
+        along.append([each.force[1] for each in found])
+    assert np.all(np.diff(along) > 0)
+    np.testing.assert_allclose(along[0], along[1], rtol=0.02)
+
+
 @pytest.mark.long
 def test_other_loads_begin_from_the_contact_on_the_same_grids(monkeypatch):
     """With an accuracy: influence numbers are made for the first load, and the answer is that of

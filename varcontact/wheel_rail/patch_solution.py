@@ -195,6 +195,20 @@ class PatchSolution:
             return 0.0
         return float(rows[-1] - rows[0] + 1) * self.solution.grid.sides[1] / 2
 
+    @property
+    def loaded_half_width(self) -> float:
+        """Half width [mm] of an ellipse whose pressure is spread across the rail as this one,
+        `half_width` at most; it does not jump from row to row.
+        """
+        by_row = self.solution.pressure.sum(axis=1)
+        if not by_row.any():
+            return 0.0
+        part = by_row / by_row.sum()
+        y = self.solution.grid.y
+        variance = float(part @ (y - part @ y) ** 2)
+        # of Hertz's pressure over a half width b the variance is b^2/5
+        return min(float(np.sqrt(5 * variance)), self.half_width)
+
     def plot(self) -> Figure:
         """Pressure, tractions and the section along x."""
         return self.solution.plot()

@@ -77,7 +77,7 @@ def _conformal_contact(solved: PatchSolution, radii: dict[str, float]) -> Iterat
     """Sentences on profiles whose radii of curvature are small beside a patch."""
     for kind, radius in radii.items():
         yield (
-            f"conformal contact: {_place(solved)} is {solved.half_width:.3g} mm wide "
+            f"conformal contact: {_place(solved)} is {solved.loaded_half_width:.3g} mm wide "
             f"to either side, the {kind}'s radius of curvature {radius:.3g} mm, "
             f"less than {CONFORMAL:g} times as much; "
             "half-spaces are too soft for that, and the tangent plane too flat; "

@@ -396,14 +396,15 @@ def wear(
 def _too_wide(case: WheelGeometry, solved: PatchSolution) -> dict[str, float]:
     """Radii of curvature [mm], by profile, that are small beside a patch in a plane."""
     patch = solved.patch
-    half = solved.half_width
+    half = solved.loaded_half_width
     radii: dict[str, float] = {}
     if not patch.in_plane or half == 0:
         return {}
     across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
     for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
-        # on average over the patch: noise does not count
-        turned = curve.angles(curve.at(y + across))
+        # on average over the patch, as far as the profile goes on: noise does not count
+        ends = curve.points(curve.s[[0, -1]])[:, 0]
+        turned = curve.angles(curve.at(np.clip(y + across, *ends)))
         curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
         if curvature * half * CONFORMAL > 1:
             radii[kind] = float(1 / curvature)
