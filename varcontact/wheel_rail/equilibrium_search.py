@@ -8,13 +8,12 @@ moment, whose root is bracketed, see `bracketing`.
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from varcontact.errors import NoContact, NotConverged, SceneError
+from varcontact.errors import NoContact, NotConverged, SceneError, warn
 from varcontact.scene.friction import Law
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.bracketing import Lattice
@@ -366,7 +365,7 @@ def warn_unbalanced(imbalance: float, tol: float) -> None:
             f"loads are balanced to {imbalance:.2g} only: "
             "forces of the fast way jump where patches join"
         )
-        warnings.warn(words, stacklevel=5)
+        warn(words)
 
 
 def _above_rail(case: LoadedWheelSet, wheel: WheelOnRail) -> SceneError:
