@@ -1,8 +1,19 @@
-"""Errors. Each kind has a class, and each message says what is wrong and what to do."""
+"""Errors and warnings. Each kind has a class, and each message says what is wrong and what to
+do.
+"""
 
 from __future__ import annotations
 
+import sys
+import warnings
+from types import FrameType
 from typing import Any, Self
+
+INSIDE = "varcontact", "contextlib", "scipy"
+"""Packages with frames between a user's call and a warning: those of decorators, and of the search
+for a root."""
+COMMAND_LINE = "varcontact.cli"
+"""A user of the package like any other."""
 
 
 class VarcontactError(Exception):
@@ -236,6 +247,22 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, partial: Any, finished: str = "") -> None:
         self.partial = partial
         super().__init__(f"interrupted{finished}")
+
+
+def warn(message: str, category: type[Warning] = UserWarning) -> None:
+    """Warn at the user's line: that of the first frame outside the package."""
+    stacklevel = 1
+    frame: FrameType | None = sys._getframe()
+    while frame is not None and _is_inside(frame):
+        stacklevel += 1
+        frame = frame.f_back
+    warnings.warn(message, category, stacklevel=stacklevel)
+
+
+def _is_inside(frame: FrameType) -> bool:
+    # by its module: the file of a dataclass's __init__ is "<string>", as that of python -c
+    module = str(frame.f_globals.get("__name__"))
+    return module.partition(".")[0] in INSIDE and not module.startswith(COMMAND_LINE)
 
 
 def shortened(value: Any, longest: int = 80) -> str:

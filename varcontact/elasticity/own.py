@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any
@@ -32,7 +31,7 @@ from varcontact.elasticity.given_numbers import (
     lattice_order,
 )
 from varcontact.elasticity.operators import SAME_NUMBERS
-from varcontact.errors import PlausibilityWarning, SceneError
+from varcontact.errors import PlausibilityWarning, SceneError, warn
 from varcontact.scene.bodies import RIGID, Bodies
 from varcontact.scene.given_bodies import GivenBodies, Numbers
 from varcontact.scene.grid import Grid
@@ -158,7 +157,7 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
                 f"{list(place)}. By Betti's theorem elastic bodies are; bounds on pressures are "
                 "not claimed, and nothing proves that there is one solution"
             )
-            warnings.warn(message, PlausibilityWarning, stacklevel=5)
+            warn(message, PlausibilityWarning)
 
     @classmethod
     @checks.named_options()

@@ -5,7 +5,6 @@ that cover nothing.
 from __future__ import annotations
 
 import io
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -21,7 +20,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from varcontact import checks
-from varcontact.errors import SceneError
+from varcontact.errors import SceneError, warn
 from varcontact.system.files import check_replaceable, reading, write_whole
 
 COLUMN = 3.54
@@ -152,7 +151,7 @@ def say_dropped(count: int, shown: int, size: tuple[float, float], names: Sequen
     width, height = size
     dropped = ", ".join(names[shown:]) or f"the last {count - shown} of {count} panels"
     words = f"figsize = {width:g} x {height:g} inches has no room for {dropped}: left out"
-    warnings.warn(words, SmallFigure, stacklevel=5)
+    warn(words, SmallFigure)
 
 
 @contextmanager

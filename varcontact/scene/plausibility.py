@@ -7,13 +7,12 @@ figures.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.errors import PlausibilityWarning
+from varcontact.errors import PlausibilityWarning, warn
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady, TimeStep
@@ -75,10 +74,10 @@ def warnings_of(scene: Scene) -> tuple[str, ...]:
     return tuple(words for check in CHECKS if (words := check(scene)))
 
 
-def warn(texts: Iterable[str], stacklevel: int) -> None:
+def warn_plausibility(texts: Iterable[str]) -> None:
     """A `PlausibilityWarning` of each text."""
     for text in texts:
-        warnings.warn(text, PlausibilityWarning, stacklevel=stacklevel + 1)
+        warn(text, PlausibilityWarning)
 
 
 def _softening(scene: Scene) -> str:

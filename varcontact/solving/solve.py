@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack, overload
@@ -12,7 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.stick_slip import ContactResponse, with_implied_fields
-from varcontact.errors import PlausibilityWarning, SceneError
+from varcontact.errors import PlausibilityWarning, SceneError, warn
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Harmonic, Shift, Steady
@@ -261,7 +260,7 @@ def solve(
         trace=trace,
     )
     for doubt in scene.doubts:
-        warnings.warn(doubt, PlausibilityWarning, stacklevel=4)
+        warn(doubt, PlausibilityWarning)
     # on grids that are chosen, in steps, or on the scene's own grid
     answer: Solution | History
     if options.target is not None:

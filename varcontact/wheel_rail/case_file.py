@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
+from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError, warn
 from varcontact.io.scene_toml import SOLVE_KEYS, bodies_from, solve_table
 from varcontact.io.toml_tables import (
     check_keys,
@@ -32,12 +32,12 @@ from varcontact.io.toml_tables import (
     table_of,
 )
 from varcontact.scene.friction_laws import LAWS
-from varcontact.scene.plausibility import warn as warn_plausibility
+from varcontact.scene.plausibility import warn_plausibility
 from varcontact.study.csv_table import Table, completed, of_another
 from varcontact.study.parallel import Execution, opened, results
 from varcontact.system.process import imported
 from varcontact.system.progress import Progress
-from varcontact.wheel_rail.patch_warnings import warn
+from varcontact.wheel_rail.patch_warnings import warn_of_patches
 from varcontact.wheel_rail.plausibility import warnings_of
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
@@ -482,10 +482,10 @@ def _rows(
             warnings.simplefilter("always")
             found: Any = known
             if isinstance(known, VarcontactError):
-                warn_plausibility(warnings_of(case), stacklevel=1)
+                warn_plausibility(warnings_of(case))
                 raise known
             if known is not None:
-                warn(known, stacklevel=1)
+                warn_of_patches(known)
             elif file.fast:
                 found = case.estimate(**file.options)
             else:
@@ -493,7 +493,7 @@ def _rows(
     except VarcontactError as error:
         if alone:  # what it was warned of may be why
             for each in caught:
-                warnings.warn(each.message, stacklevel=1)
+                warn(str(each.message), each.category)
             raise
         outcome = "refused"
         if isinstance(error, NotConverged):

@@ -10,7 +10,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.scene.plausibility import warn
+from varcontact.scene.plausibility import warn_plausibility
 from varcontact.system.progress import Progress
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.plausibility import of_yield_stress
@@ -83,7 +83,7 @@ def johnson_diagram(solved: PatchSolution, yield_in_shear: float) -> JohnsonDiag
     """
     checks.kind("solved", solved, PatchSolution)
     k = checks.positive("yield_in_shear", yield_in_shear)
-    warn(of_yield_stress(k), stacklevel=2)
+    warn_plausibility(of_yield_stress(k))
     # the tangential force
     force = solved.force
     error = solved.error

@@ -8,13 +8,12 @@ moment, whose root is bracketed, see `bracketing`.
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from varcontact.errors import NoContact, NotConverged, SceneError
+from varcontact.errors import NoContact, NotConverged, SceneError, warn
 from varcontact.scene.friction import Law
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.bracketing import Lattice
@@ -90,6 +89,17 @@ class FastTheories:
         return rolling(wheel, self.tangential, dict(self.options), velocity)
 
 
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A wheel set held sideways and in yaw: values of what is free there, wheels that balance all
+    other loads, and the loads left over.
+    """
+
+    values: dict[str, float]
+    wheels: tuple[WheelForces, WheelForces]
+    left_over: dict[str, float]
+
+
 class Search:
     """The balance of a case by a fast way."""
 
@@ -98,7 +108,7 @@ class Search:
         self._theories = theories
         sideways = [name for name in case.free if name in ("y", "lateral")]
         turning = [name for name in case.free if name in ("yaw", "yaw_rate")]
-        self._held = (*sideways, *turning)
+        self._held_names = (*sideways, *turning)
         speed = case.velocity.speed
         self._spacing = {
             "y": SPACING_Y,
@@ -108,18 +118,18 @@ class Search:
         }
         places = {"y": case.position.y, "yaw": case.position.yaw}
         places |= {"lateral": case.velocity.lateral, "yaw_rate": case.velocity.yaw_rate}
-        self._begin = {name: places[name] for name in self._held}
-        # of the wheel set held last, with which the next one begins
+        self._begin = {name: places[name] for name in self._held_names}
+        # unknowns and derivatives of the wheel set held last, with which the next one begins
         self._last: np.ndarray | None = None
         self._derivatives: np.ndarray | None = None
 
     def found(self) -> tuple[LoadBalance, np.ndarray]:
         """The equations of all that is free, and their root."""
-        self._hold(np.zeros(len(self._held)))  # what is refused where the search begins
-        if not self._held:
+        origin = np.zeros(len(self._held_names))
+        begin = self._hold(origin)  # what is refused where the search begins
+        if not self._held_names:
             whole = equations(self._case)
-            return whole, self._root(whole, whole.unknowns(self._found), TOL).x
-        origin = np.zeros(len(self._held))
+            return whole, self._root(whole, whole.unknowns(begin.values), TOL).x
         nearest = None
         balances: list[tuple[LoadBalance, BroydenIterate]] = []
         for spacing, reach in LATTICES:
@@ -147,7 +157,7 @@ class Search:
         where they do not.
         """
         balances: list[tuple[LoadBalance, BroydenIterate]] = []
-        for point, last in lattice.brackets(len(self._held)):
+        for point, last in lattice.brackets(len(self._held_names)):
             tol = ROUGH if last else SMOOTH
             balanced = self._balanced(origin + spacing * point, tol)
             if balanced is None:
@@ -160,7 +170,7 @@ class Search:
     def _values(self, point: np.ndarray) -> dict[str, float]:
         """Values that the wheel set is held at, by the coordinates of a point on the lattice."""
         values = dict(self._begin)
-        for name, steps in zip(self._held, point.tolist(), strict=True):
+        for name, steps in zip(self._held_names, point.tolist(), strict=True):
             if name != "y":  # farther from each other where friction is saturated
                 steps = GROWTH * math.sinh(steps / GROWTH)
             values[name] += self._spacing[name] * steps
@@ -170,19 +180,17 @@ class Search:
         """Loads that are not balanced where the wheel set is held; None where it cannot be held."""
         values = self._values(point)
         most = FARTHEST_YAW / SPACING_YAW
-        for name in self._held:
+        for name in self._held_names:
             if name != "y" and abs(values[name]) > most * self._spacing[name]:
                 return None
-        missing = self._held_near(point)
-        if missing is None:
+        held = self._held_near(point)
+        if held is None or any(on_flange(wheel.case) for wheel in held.wheels):
             return None
-        if any(on_flange(wheel.case) for wheel in self._wheels):
-            return None
-        return np.array([missing[BALANCED[name]] for name in self._held])
+        return np.array([held.left_over[BALANCED[name]] for name in self._held_names])
 
-    def _held_near(self, point: np.ndarray) -> dict[str, float] | None:
-        """Loads that are not balanced at a point, or beside it where forces jump just there; None
-        where the wheel set cannot be held.
+    def _held_near(self, point: np.ndarray) -> Held | None:
+        """The wheel set held at a point, or beside it where forces jump just there; None where it
+        cannot be held.
         """
         for offset in OFFSETS:
             try:
@@ -193,9 +201,9 @@ class Search:
                 return None
         return None
 
-    def _hold(self, point: np.ndarray) -> dict[str, float]:
-        """Loads that are not balanced where the wheel set is held, with the other equations met."""
-        balance = equations(self._case.moved(self._values(point)), self._held)
+    def _hold(self, point: np.ndarray) -> Held:
+        """The wheel set held at a point, from the one before or else from rolling wheels."""
+        balance = equations(self._case.moved(self._values(point)), self._held_names)
         spun = next((name for name in ("pitch_rate", "speed") if name in balance.names), None)
         # from the wheel set held before
         at: BroydenIterate | None = None
@@ -215,9 +223,8 @@ class Search:
             raise NotConverged(unbalanced(balance, at.imbalance), at.largest)
         self._last = at.x
         self._derivatives = at.derivatives
-        self._found = balance.values(at.x)
-        self._wheels = balance.wheels(at.x, self._theories)
-        return balance.left_over(self._wheels)
+        wheels = balance.wheels(at.x, self._theories)
+        return Held(balance.values(at.x), wheels, balance.left_over(wheels))
 
     def _root(
         self, balance: LoadBalance, x: np.ndarray, tol: float, derivatives: np.ndarray | None = None
@@ -278,27 +285,27 @@ class Search:
     def _balanced(self, point: np.ndarray, tol: float) -> tuple[LoadBalance, BroydenIterate] | None:
         """All loads balanced near a point, to a `tol`."""
         try:
-            self._hold(point)
+            held = self._hold(point)
             values = self._values(point)
             whole = equations(self._case.moved(values))
-            at = self._root(whole, whole.unknowns(values | self._found), TOL)
+            at = self._root(whole, whole.unknowns(values | held.values), TOL)
         except (NoContact, NotConverged, SceneError):
             return None
         if not at.largest <= tol:
             return None
         balanced = whole.values(at.x)
-        for name in self._held:
+        for name in self._held_names:
             if not abs(balanced[name] - values[name]) <= NEARBY * self._spacing[name]:
                 return None
         return whole, at
 
     def _refusal(self, nearest: tuple[int, float, dict[str, float]] | None) -> SceneError:
         """The error where no position balances the loads, with what the nearest one leaves."""
-        load = BALANCED[self._held[0]]
+        load = BALANCED[self._held_names[0]]
         words = "no position balances the loads"
         if nearest is not None:
             number, missing, values = nearest
-            load = BALANCED[self._held[number]]
+            load = BALANCED[self._held_names[number]]
             places = ", ".join(f"{name} = {value:.4g}" for name, value in values.items())
             remainder = short(equations(self._case), load, missing)
             words += f": at the nearest one, {places}, {remainder}"
@@ -373,7 +380,7 @@ def warn_unbalanced(imbalance: float, tol: float) -> None:
             f"loads are balanced to {imbalance:.2g} only: "
             "forces of the fast way jump where patches join"
         )
-        warnings.warn(words, stacklevel=5)
+        warn(words)
 
 
 def _above_rail(case: LoadedWheelSet, wheel: WheelOnRail) -> SceneError:

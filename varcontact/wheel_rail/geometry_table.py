@@ -4,7 +4,6 @@ displacement and yaw, with the forces of fast theories.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import NoContact, NotConverged, SceneError, VarcontactError
+from varcontact.errors import NoContact, NotConverged, SceneError, VarcontactError, warn
 from varcontact.io.labelled import Labelled
 from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
@@ -348,10 +347,7 @@ def geometry_table(
             without.append((float(y[i]), float(yaw[j]), error))
             continue
         if len(wheel.patches) > SLOTS:
-            warnings.warn(
-                f"of {len(wheel.patches)} patches, the {SLOTS} with the largest force count",
-                stacklevel=3,
-            )
+            warn(f"of {len(wheel.patches)} patches, the {SLOTS} with the largest force count")
         largest = sorted(wheel.patches, key=lambda each: -each.force[2])[:SLOTS]
         kept = sorted(largest, key=lambda each: each.frame.origin[1])
         z[i, j] = wheel.z
@@ -367,9 +363,7 @@ def geometry_table(
     if without:
         first_y, first_yaw, first = without[0]
         where = f"the first at y = {first_y:g} mm, yaw = {first_yaw:g}"
-        warnings.warn(
-            f"{len(without)} of {count.size} nodes have no contact, {where}: {first}", stacklevel=3
-        )
+        warn(f"{len(without)} of {count.size} nodes have no contact, {where}: {first}")
     return GeometryTable(y, yaw, z, count, patches, wheelset, bodies, coefficient, track)
 
 

@@ -214,8 +214,8 @@ class _StepOnElements(WheelOnElements):
 
     patches_alone = True
 
-    def _solved_alone(self) -> list[Solution]:
-        return [cast("Solution", solve(scene, **self._methods)[-1]) for scene in self._scenes]
+    def _solve_patch(self, scene: Scene) -> Solution:
+        return cast("Solution", solve(scene, **self._methods)[-1])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 
 import numpy as np
 
-from varcontact.scene.plausibility import warn as warn_plausibility
+from varcontact.errors import warn
+from varcontact.scene.plausibility import warn_plausibility
 from varcontact.wheel_rail.patch_solution import PatchSolution
 from varcontact.wheel_rail.profile_shape import check_sides
 from varcontact.wheel_rail.result import CONFORMAL, WheelRailSolution
@@ -33,13 +33,13 @@ class RoughProfile(UserWarning):
     """A patch whose pressure is dominated by noise of the profiles."""
 
 
-def warn(found: WheelRailSolution, stacklevel: int) -> None:
+def warn_of_patches(found: WheelRailSolution) -> None:
     """Warn of exchanged sides, steep flanges, few elements, and contacts too wide for
     half-spaces.
     """
     case = found.case
-    check_sides(case.track.profile, stacklevel=stacklevel + 1)
-    warn_plausibility(found.patch_warnings, stacklevel=stacklevel)
+    check_sides(case.track.profile)
+    warn_plausibility(found.patch_warnings)
     normal = sum(each.normal_force for each in found.patches)
     if case.vertical_force is not None and normal > STEEP * case.vertical_force:
         steepest = np.degrees(max(abs(each.patch.angle) for each in found.patches))
@@ -48,12 +48,12 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
             f"on a flange as steep as {steepest:.3g} degrees: "
             "a wheel with this load hardly comes to this position"
         )
-        warnings.warn(words, stacklevel=stacklevel)
+        warn(words)
     for each, radii in zip(found.patches, found.too_wide, strict=True):
         for words in _coarse_elements(each):
-            warnings.warn(words, CoarseElements, stacklevel=stacklevel)
+            warn(words, CoarseElements)
         for words in _conformal_contact(each, radii):
-            warnings.warn(words, ConformalContact, stacklevel=stacklevel)
+            warn(words, ConformalContact)
 
 
 def _place(solved: PatchSolution) -> str:
@@ -97,13 +97,13 @@ def noisy_patches(found: WheelRailSolution) -> list[str]:
     return places
 
 
-def warn_of_noise(patches: list[str], stacklevel: int) -> None:
+def warn_of_noise(patches: list[str]) -> None:
     for place in patches:
         words = (
             f"noise dominates {place}: a profile is rough there, and the pressure in stripes; "
             "smooth it, Profile(..., smoothing=...)"
         )
-        warnings.warn(words, RoughProfile, stacklevel=stacklevel)
+        warn(words, RoughProfile)
 
 
 def _elements_across(solved: PatchSolution) -> list[int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import SceneError
+from varcontact.errors import SceneError, warn
 from varcontact.html import preformatted
 from varcontact.system.files import check_ending, write_whole
 from varcontact.system.process import lazy_property
@@ -130,7 +129,7 @@ class Profile(checks.Checked):
         if doubt and self.name:
             doubt = f"{self.name}: {doubt}"
         if doubt:
-            warnings.warn(doubt, DoubtfulProfile, stacklevel=3)
+            warn(doubt, DoubtfulProfile)
         points.flags.writeable = False
         set_(self, "y", points[:, 0])
         set_(self, "z", points[:, 1])
@@ -309,7 +308,7 @@ class Profile(checks.Checked):
                 f"of {self.y.min():.4g} to {self.y.max():.4g} mm alone: "
                 "y has to keep growing, and noise runs back; smooth the profile"
             )
-            warnings.warn(words, DoubtfulProfile, stacklevel=3)
+            warn(words, DoubtfulProfile)
         return touched
 
     def z_at(self, y: float | np.ndarray) -> np.ndarray:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-import warnings
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable
 from importlib.resources import files
@@ -20,7 +19,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from varcontact import checks
-from varcontact.errors import SceneError, shortened
+from varcontact.errors import SceneError, shortened, warn
 from varcontact.system.files import first_line, regular
 
 Kind = Literal["rail", "wheel"]
@@ -94,7 +93,7 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, b
             f"{file.name}: XYPoints = {count[1]}, but there are {len(points)} points; "
             "the file is probably cut off"
         )
-        warnings.warn(words, DoubtfulProfile, stacklevel=4)
+        warn(words, DoubtfulProfile)
     if SAYS_Z_UP.search(text):
         return np.array(points) * [1.0, -1.0], kind, True
     return np.array(points), kind, SAYS_Z.search(text) is not None

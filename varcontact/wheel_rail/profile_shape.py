@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.errors import SceneError
+from varcontact.errors import SceneError, warn
 from varcontact.wheel_rail.curve import growing
 from varcontact.wheel_rail.profile_files import Z_UP, DoubtfulProfile, Kind, read_points
 
@@ -203,7 +202,7 @@ def guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) -> 
             "mirror_z=False says that it is, mirror_z=True that z points up"
         )
     if words:
-        warnings.warn(f"{file.name}: {words}", DoubtfulProfile, stacklevel=4)
+        warn(f"{file.name}: {words}", DoubtfulProfile)
     return mirrored
 
 
@@ -276,10 +275,10 @@ def _is_of(kind: Kind, y: np.ndarray, z: np.ndarray) -> bool:
     return bool(mostly_far and deepest.min() > BACK and lip < TIP) and flange(y, z) != 0
 
 
-def check_sides(rail: Profile, stacklevel: int) -> None:
+def check_sides(rail: Profile) -> None:
     """Warn of a rail whose sides are probably exchanged."""
     if rail.exchanged_sides:
-        warnings.warn(rail.exchanged_sides, stacklevel=stacklevel)
+        warn(rail.exchanged_sides)
 
 
 def exchanged_sides(y: np.ndarray, z: np.ndarray) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.html import Reported
 from varcontact.io.labelled import Labelled
-from varcontact.scene.plausibility import warn
+from varcontact.scene.plausibility import warn_plausibility
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.patch_solution import PatchSolution, forces_in_words
@@ -358,10 +358,10 @@ def wear(
     checks.kind("found", found, WheelRailSolution, more=more)
     if archard is not None:
         checks.kind("archard", archard, Archard, ArchardMap)
-        warn(plausibility.of_hardness(archard.hardness), stacklevel=2)
+        warn_plausibility(plausibility.of_hardness(archard.hardness))
     if yield_in_shear is not None:
         yield_in_shear = checks.positive("yield_in_shear", yield_in_shear)
-        warn(plausibility.of_yield_stress(yield_in_shear), stacklevel=2)
+        warn_plausibility(plausibility.of_yield_stress(yield_in_shear))
     patches = []
     for each in found.patches:
         solution = each.solution

@@ -14,13 +14,13 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.operators import Operators
 from varcontact.errors import NotConverged, PlausibilityWarning, SceneError, VarcontactError
-from varcontact.scene.plausibility import warn as warn_plausibility
+from varcontact.scene.plausibility import warn_plausibility
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import DEFAULT_ACCURACY, CertifyName, Target
 from varcontact.solving.side_by_side import with_tractions_batched
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
-from varcontact.wheel_rail.patch_warnings import noisy_patches, warn, warn_of_noise
+from varcontact.wheel_rail.patch_warnings import noisy_patches, warn_of_noise, warn_of_patches
 from varcontact.wheel_rail.plausibility import warnings_of
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.solve_to_target import to_target
@@ -41,20 +41,20 @@ def solve_wheel_on_rail(
     case: WheelGeometry, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """See `WheelOnRail.solve`; `methods` has the arguments of `varcontact.solve`."""
-    warn_plausibility(warnings_of(case), stacklevel=5)
+    warn_plausibility(warnings_of(case))
     rough: list[str] = []
 
     def on_first(first: WheelRailSolution) -> None:
         if not rough:
             rough.extend(noisy_patches(first))
-            warn_of_noise(rough, stacklevel=11)
+            warn_of_noise(rough)
 
     ((_, found),) = solve_wheels_on_rails([case], tol, certify, on_first, **methods)
     if isinstance(found, VarcontactError):
         raise found
     if not rough:
-        warn_of_noise(noisy_patches(found), stacklevel=6)
-    warn(found, stacklevel=6)
+        warn_of_noise(noisy_patches(found))
+    warn_of_patches(found)
     return found
 
 
@@ -66,7 +66,7 @@ def solve_wheels_on_rails(
     **methods: Any,
 ) -> Iterator[Answer]:
     """The numbers of cases, and their solutions or what refuses them, as they are found, without
-    `warn`.
+    `warn_of_patches`.
 
     `on_first` is given the first, rough solution of each where grids are chosen: before time is
     spent on finer ones. Parts of them are solved side by side, with all tractions at a time; within
@@ -105,7 +105,9 @@ def _parts(cases: Sequence[WheelGeometry]) -> list[dict[int, WheelGeometry]]:
 
 @contextmanager
 def without_plausibility_warnings() -> Iterator[None]:
-    """Plausibility warnings of scenes of patches are left out: `warn` has them, each once."""
+    """Plausibility warnings of scenes of patches are left out: `warn_of_patches` has them, each
+    once.
+    """
     with one_blas_thread(), catch_warnings():
         simplefilter("ignore", PlausibilityWarning)
         yield

@@ -40,7 +40,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.reference.hertz import approaches, hertz, semi_axes
-from varcontact.scene.plausibility import warn as warn_plausibility
+from varcontact.scene.plausibility import warn_plausibility
 from varcontact.theories.creep_forces import TheoryName, creep_forces, formula_of
 from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.bearing_height import BearingHeight
@@ -206,9 +206,9 @@ def estimate_wheel_on_rail(
     case: WheelGeometry, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> FastWheel:
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
-    warn_plausibility(plausibility.warnings_of(case), stacklevel=4)
-    found = estimated(case, normal, tangential, tol, options, stacklevel=5)
-    warn_plausibility(found.patch_warnings, stacklevel=4)
+    warn_plausibility(plausibility.warnings_of(case))
+    found = estimated(case, normal, tangential, tol, options)
+    warn_plausibility(found.patch_warnings)
     return found
 
 
@@ -218,12 +218,11 @@ def estimated(
     tangential: TheoryName = "fastsim",
     tol: float = 1e-6,
     options: dict[str, Any] | None = None,
-    stacklevel: int = 2,
 ) -> FastWheel:
     """The same without plausibility warnings, for wheels of a search or a table."""
     options = options or {}
     case.check_bare()
-    check_sides(case.track.profile, stacklevel=stacklevel + 1)
+    check_sides(case.track.profile)
     normal = checks.choice("normal", normal, NORMAL)
     tol = checks.positive("tol", tol)
     formula_of(tangential, {name: value for name, value in options.items() if name != "slope"})

@@ -22,6 +22,7 @@ from varcontact.solving.initial_guess import InitialGuess
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.solve import solve
+from varcontact.system.process import changed
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.patch_interaction import with_interaction
@@ -54,6 +55,25 @@ class Start:
     operators: Sequence[Operators] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class _Height:
+    """Patches at a height of the axle, and their contacts: those with pressures, and those that are
+    proposed.
+    """
+
+    patches: tuple[ContactPatch, ...] = ()
+    pressed: Sequence[ContactOnGrid] = ()
+    proposed: Sequence[ContactOnGrid] = ()
+
+    @property
+    def scenes(self) -> list[Scene]:
+        return [each.scene for each in self.patches]
+
+    @property
+    def frames(self) -> list[Frame]:
+        return [each.frame for each in self.patches]
+
+
 class WheelOnElements:
     """A wheel at one height after the other.
 
@@ -78,19 +98,18 @@ class WheelOnElements:
         self._second_order = second_order
         self.by_theory = methods.get("tangential") in THEORIES
         self._search = BearingHeight(case, tol)
+        self._options: dict[int, SolveOptions] = {}
+        self._height = _Height()
+        # of the last height with tractions
+        self._contacts: list[ContactOnGrid] = []
+        self._solutions: list[Solution] = []
+        # what the next height begins with, beside these contacts
         self._before: list[Solution] = []
         self._pressures: list[Solution | InitialGuess] = []
         self._operators: Sequence[Operators] = ()
         self._starts_near = False
-        self._options: dict[int, SolveOptions] = {}
         if start is not None:
             self._begin_at(start)
-        # of the last height
-        self._patches: tuple[ContactPatch, ...] = ()
-        self._pressure_contacts: list[ContactOnGrid] = []
-        self._proposed: list[ContactOnGrid] = []
-        self._contacts: list[ContactOnGrid] = []
-        self._solutions: list[Solution] = []
 
     def _begin_at(self, start: Start) -> None:
         last = start.solution
@@ -121,12 +140,13 @@ class WheelOnElements:
             if not self._press_and_check():
                 continue
             if self.patches_alone:
-                self._solutions = self._solved_alone()
+                self._solutions = [self._solve_patch(scene) for scene in self._height.scenes]
                 self._learn_forces([_force(each) for each in self._solutions])
                 continue
-            self._proposed = self._with_pressures()
-            if self._proposed:
-                return self._proposed
+            proposed = self._with_pressures()
+            if proposed:
+                self._height = changed(self._height, proposed=proposed)
+                return proposed
             self._contacts = self._solved()
             self._learn_forces([each.force for each in self._contacts])
         return []
@@ -138,7 +158,7 @@ class WheelOnElements:
         if not contacts:
             return
         self._contacts = []
-        for contact, proposed in zip(contacts, self._proposed, strict=True):
+        for contact, proposed in zip(contacts, self._height.proposed, strict=True):
             if contact is proposed:
                 contact = proposed.with_tractions()
             self._contacts.append(contact)
@@ -146,11 +166,10 @@ class WheelOnElements:
 
     def solution(self) -> WheelRailSolution:
         """The certified solution at the height that carries the load."""
-        if self._contacts:
-            self._solutions = [each.solution() for each in self._contacts]
+        solutions = self._solutions or [each.solution() for each in self._contacts]
         # rolling radii, with which patches refer to no profile any more
-        known = [replace(each, rolling_radius=each.rolling_radius) for each in self._patches]
-        patches = tuple(map(PatchSolution, known, self._solutions))
+        known = [replace(each, rolling_radius=each.rolling_radius) for each in self._height.patches]
+        patches = tuple(map(PatchSolution, known, solutions))
         return WheelRailSolution(self._case, self._search.z, patches, self._search.rounds)
 
     def curved(self) -> WheelOnElements:
@@ -181,21 +200,20 @@ class WheelOnElements:
         wheel = WheelOnElements(coarse, self._tol, self._methods, deadline=self._deadline)
         # coarse elements may miss what fine ones have
         with suppress(NotConverged, SceneError):
-            z = wheel._height_by_pressures()
-            self._pressures = wheel._pressures
+            z, self._pressures = wheel.height_by_pressures()
             self._starts_near = True
             return z
         return self._search.z
 
-    def _height_by_pressures(self) -> float:
-        """A height at which normal forces are near the load."""
+    def height_by_pressures(self) -> tuple[float, list[Solution | InitialGuess]]:
+        """A height at which normal forces are near the load, and pressures to begin with there."""
         while not (self._search.near or self._search.expects):
             self._move_to(self._search.propose())
             if self._patch_tells:
                 self._press_by_load()
             else:
                 self._press()
-        return self._search.propose()
+        return self._search.propose(), self._pressures
 
     def _press_and_check(self) -> bool:
         """Press the contacts at a height; True if they bear nearly the load.
@@ -216,21 +234,22 @@ class WheelOnElements:
         check_time(self._deadline)
         if self._second_order:
             patches = tuple(replace(each, scene=each.scene.second_order()) for each in patches)
-        self._patches = patches
+        self._height = _Height(patches)
 
     @property
     def _patch_tells(self) -> bool:
         """True if the patch tells the height at which it bears a load: one alone, not too steep."""
-        if not self._case.patches_tell or len(self._patches) != 1:
+        patches = self._height.patches
+        if not self._case.patches_tell or len(patches) != 1:
             return False
-        (patch,) = self._patches
+        (patch,) = patches
         return not patch.interactions and float(patch.frame.axes[2, 2]) >= LEAST_COSINE
 
     def _press_by_load(self) -> None:
         """The patch of a first height under the load alone, which tells the height that bears it,
         and about what it bears where it is.
         """
-        (patch,) = self._patches
+        (patch,) = self._height.patches
         (contact,) = self._with_initial_guesses()
         loaded = self._under_goal(contact)
         self._operators = [loaded.disc.operators]
@@ -240,29 +259,31 @@ class WheelOnElements:
 
     def _under_goal(self, contact: ContactOnGrid) -> ContactOnGrid:
         """The contact of the patch with the pressures that bear the goal of the search."""
-        return contact.under(self._search.goal / float(self._patches[0].frame.axes[2, 2]))
+        return contact.under(self._search.goal / float(self._height.patches[0].frame.axes[2, 2]))
 
     def _expect(self, loaded: ContactOnGrid) -> None:
         """The height at which the patch has the approach that it has under the goal."""
-        (patch,) = self._patches
+        (patch,) = self._height.patches
         deeper = (loaded.approach - patch.approach) / float(patch.frame.axes[2, 2])
         self._search.expect(self._search.z + deeper)
         self._pressures = [loaded.initial_guess]
 
     def _press(self) -> None:
         """The contacts with their pressures, and what these bear."""
-        self._pressure_contacts = [each.with_pressure() for each in self._with_initial_guesses()]
-        self._pressures = [each.initial_guess for each in self._pressure_contacts]
-        self._operators = [each.disc.operators for each in self._pressure_contacts]
-        forces = [each.force for each in self._pressure_contacts]
-        self._search.learn_normal(vertical(self._frames, forces, False))
+        pressed = [each.with_pressure() for each in self._with_initial_guesses()]
+        self._height = _Height(self._height.patches, pressed)
+        self._pressures = [each.initial_guess for each in pressed]
+        self._operators = [each.disc.operators for each in pressed]
+        forces = [each.force for each in pressed]
+        self._search.learn_normal(vertical(self._height.frames, forces, False))
 
     def _with_initial_guesses(self) -> list[ContactOnGrid]:
         """The contacts with the pressures that their solution begins with."""
         starts = self._pressures
-        if len(starts) != len(self._patches):
-            starts = [_hertzian(each, self._case) for each in self._patches]
-        scenes = self._scenes
+        patches = self._height.patches
+        if len(starts) != len(patches):
+            starts = [_hertzian(each, self._case) for each in patches]
+        scenes = self._height.scenes
         if self.patches_alone:
             scenes = [each.without_friction for each in scenes]
         contacts = []
@@ -276,18 +297,19 @@ class WheelOnElements:
 
     def _expect_goal(self) -> None:
         """The height at which the last patch, with its elements, bears the goal of the search."""
-        if self._pressure_contacts and self._patch_tells and not self._search.expects:
-            self._expect(self._under_goal(self._pressure_contacts[0]))
+        pressed = self._height.pressed
+        if pressed and self._patch_tells and not self._search.expects:
+            self._expect(self._under_goal(pressed[0]))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
         """Contacts that have their pressures, and tractions to begin with; none where tractions
         change a pressure.
         """
-        pressed = self._pressure_contacts
+        pressed = self._height.pressed
         if not pressed or not all(each.keeps_pressure for each in pressed):
             return []
         contacts = []
-        starts = _each_of(self._traction_starts, self._scenes)
+        starts = _each_of(self._traction_starts, self._height.scenes)
         for contact, start in zip(pressed, starts, strict=True):
             if start is not None:
                 contact = contact.starting_from(start)
@@ -299,14 +321,14 @@ class WheelOnElements:
         """True if patches are solved as scenes by themselves, and not proposed: by a theory."""
         return self.by_theory
 
-    def _solved_alone(self) -> list[Solution]:
-        return [_by_theory(scene, self._methods) for scene in self._scenes]
+    def _solve_patch(self, scene: Scene) -> Solution:
+        return _by_theory(scene, self._methods)
 
     def _solved(self) -> list[ContactOnGrid]:
         """The contacts of patches, from others with their influence numbers, if there are as
         many.
         """
-        scenes = self._scenes
+        scenes = self._height.scenes
         starts = _each_of(self._traction_starts or self._pressures, scenes)
         operators = _each_of(self._operators, scenes)
         contacts = []
@@ -334,16 +356,8 @@ class WheelOnElements:
             return [each.initial_guess for each in self._contacts]
         return self._before
 
-    @property
-    def _scenes(self) -> list[Scene]:
-        return [each.scene for each in self._patches]
-
-    @property
-    def _frames(self) -> list[Frame]:
-        return [each.frame for each in self._patches]
-
     def _learn_forces(self, forces: list[np.ndarray]) -> None:
-        self._search.learn(vertical(self._frames, forces, self._case.with_friction))
+        self._search.learn(vertical(self._height.frames, forces, self._case.with_friction))
 
 
 def solved_alone(wheel: WheelOnElements) -> WheelRailSolution:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.errors import NoContact, NotConverged, PlausibilityWarning, SceneError
-from varcontact.scene.plausibility import warn
+from varcontact.scene.plausibility import warn_plausibility
 from varcontact.solving.options import CertifyName
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.equilibrium import STEP, BroydenIterate, LoadBalance, Solver, broyden
@@ -78,7 +78,7 @@ def solve_wheel_set(
     case: LoadedWheelSet, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.solve`."""
-    warn(warnings_of(case), stacklevel=4)
+    warn_plausibility(warnings_of(case))
     # the balance by the fast way
     fast = FastTheories(kinetic=True)
     balance, x = Search(case, fast).found()
@@ -98,14 +98,14 @@ def solve_wheel_set(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)  # of each wheel
         found = _solution(balance, x, solvers[-1], solved, np.linalg.inv(derivatives))
-    _warn_of_patches(found, stacklevel=5)
+    _warn_of_patches(found)
     return found
 
 
-def _warn_of_patches(found: WheelSetSolution, stacklevel: int) -> None:
+def _warn_of_patches(found: WheelSetSolution) -> None:
     """Plausibility warnings of the patches of both wheels, each once."""
     texts = (text for each in found.wheels for text in each.patch_warnings)
-    warn(dict.fromkeys(texts), stacklevel=stacklevel)
+    warn_plausibility(dict.fromkeys(texts))
 
 
 def _derivatives(balance: LoadBalance, x: np.ndarray, fast: FastTheories) -> np.ndarray:
@@ -217,12 +217,12 @@ def estimate_wheel_set(
     case: LoadedWheelSet, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.estimate`."""
-    warn(warnings_of(case), stacklevel=4)
+    warn_plausibility(warnings_of(case))
     fast = FastTheories(normal, tangential, tuple(options.items()))
     balance, x = Search(case, fast).found()
     estimate = _solution(balance, x, fast, 0, None)
     warn_unbalanced(estimate.imbalance, tol)
-    _warn_of_patches(estimate, stacklevel=5)
+    _warn_of_patches(estimate)
     return estimate
 
 
