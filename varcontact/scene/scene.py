@@ -515,6 +515,14 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         )
 
     @property
+    def first_order(self) -> bool:
+        """True where errors fall with the first power of the elements' size: what hardens, or how
+        friction falls behind the leading edge, is settled within an element.
+        """
+        laws = [each for each in self.frictions if isinstance(each, Law)]
+        return self.hardens or any(law.memory_distance > 0 for law in laws)
+
+    @property
     def surfaces(self) -> list[Surface]:
         """The surface, of each step where it is a history."""
         if isinstance(self.motion, Transient) and self.motion.surface is not None:

@@ -12,7 +12,6 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
@@ -107,8 +106,7 @@ def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
 
 def order_of(scene: Scene) -> float:
     """Order of Richardson's steps for a scene."""
-    remembers = isinstance(scene.friction, Law) and scene.friction.memory_distance > 0
-    if scene.hardens or remembers:
+    if scene.first_order:
         return 1.0
     return ORDER
 

@@ -27,7 +27,6 @@ from varcontact.results.physical import computed_when_read, solution_of
 from varcontact.results.plan import Plan
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
@@ -554,7 +553,7 @@ def _why_not_converged(solution: Solution, state: ContactState) -> str:
         why = f"{best}, the last of which changed {change:.1e}"
         if state.pass_count >= PASSES_MAX:
             why += f"; no more than {PASSES_MAX} passes are made in all loops together"
-        if isinstance(solution.scene.friction, Law):
+        if solution.scene.under_law:
             why += "; under a law that falls steeply, try a longer friction.memory_distance"
         return why
     words = [
