@@ -553,8 +553,6 @@ def _why_not_converged(solution: Solution, state: ContactState) -> str:
         why = f"{best}, the last of which changed {change:.1e}"
         if state.pass_count >= PASSES_MAX:
             why += f"; no more than {PASSES_MAX} passes are made in all loops together"
-        if solution.scene.under_law:
-            why += "; under a law that falls steeply, try a longer friction.memory_distance"
         return why
     words = [
         f"{getattr(solution.plan, problem)} says {word!r}"
