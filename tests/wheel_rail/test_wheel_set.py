@@ -91,6 +91,32 @@ def test_a_small_lateral_force_on_treads():
     assert held.force[1] == pytest.approx(1e3, abs=1.0)
 
 
+@pytest.mark.long
+@pytest.mark.parametrize(("yaw", "load"), [(0.0, 75.5e3), (0.02, -80e3), (0.05, 50e3)])
+def test_where_the_tread_hands_over_to_the_flange_loads_are_balanced(yaw, load):
+    """There forces of the fast way jump by as much as the load, as its patches join, so that it has
+    no balance. Held where it is found, the wheel set bears the load, and further out more of it.
+    """
+    yaw = float(np.copysign(yaw, load))
+    free = ("y", "roll", "pitch_rate")
+    track = Track(rail=Profile.rail_60e1(), cant=1 / 40)
+    entries = {"yaw": yaw, "track": track, "wheelset": WheelSet(wheel=Profile.s1002())}
+    found = wheel_set(free=free, lateral_force=load, **entries).solve()
+    assert found.force[1] == pytest.approx(load, rel=1e-3)
+    y = found.position.y
+    held = wheel_set(y=y, **entries).solve()
+    assert held.force[1] == pytest.approx(load, rel=0.01)
+    beyond = wheel_set(y=y + float(np.copysign(0.01, load)), **entries).solve()
+    assert beyond.force[1] / load > 1.02
+
+
+@pytest.mark.long
+def test_a_load_that_lifts_a_wheel_is_refused_so():
+    """Its moment about the rail is larger than that of the axle's load."""
+    with pytest.raises(SceneError, match="the loads lift the left wheel off its rail"):
+        wheel_set(free=("y", "roll", "pitch_rate"), lateral_force=260e3).solve()
+
+
 @pytest.mark.parametrize("balanced_at", [-20.0, -1.0, 0.0, 0.3, 7.0])
 def test_a_displacement_is_bracketed(balanced_at):
     """Where it begins, beside it, at a bracket's end, and far away; the lateral force hardly

@@ -91,10 +91,12 @@ class Lattice:
         value = self.at(point)
         for _ in range(self._reach):
             after = tuple(a + b for a, b in zip(point, step, strict=True))
-            beyond = self.at(after)
-            if value is None or beyond is None:
+            if value is None:
                 return None
             self._note(0, np.array(point), float(value[0]))
+            beyond = self.at(after)
+            if beyond is None:
+                return None
             if (value[0] > 0) != (beyond[0] > 0):
                 return [point, after]
             point = after

@@ -33,7 +33,9 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set_loads import BALANCED, LoadedWheelSet
 
 ROUGH = 0.02
-"""Largest imbalance where forces of the fast way jump, as patches join."""
+"""Largest imbalance of an estimate where forces of the fast way jump, as patches join."""
+BEGINNING = 0.25
+"""Largest imbalance from which exact solutions begin: their forces do not jump."""
 SMOOTH = 1e-6
 """Largest imbalance where they do not jump."""
 HELD_TOL = 1e-4
@@ -55,9 +57,9 @@ GROWTH = 6.0
 """Steps of yaw within which the spacing grows by half."""
 FARTHEST_YAW = 0.06
 """Largest yaw that is tried [rad], and so velocity relative to the speed."""
-LATTICES = (1.0, 400), (0.25, 20)
-"""Spacings of the lattices that are tried, and their reach in points: the second is where a balance
-is missed by least."""
+LATTICES = (1.0, 400), (0.25, 20), (0.0625, 20)
+"""Spacings of the lattices that are tried, and their reach in points: each is where a balance is
+missed by least on the one before."""
 OFFSETS = (0.0, 0.05, -0.05)
 """Distances from a point at which a wheel set is held instead where patches join or part there, and
 no height and roll balance the loads, in spacings."""
@@ -101,11 +103,12 @@ class Held:
 
 
 class Search:
-    """The balance of a case by a fast way."""
+    """The balance of a case by a fast way, to an imbalance where its forces jump."""
 
-    def __init__(self, case: LoadedWheelSet, theories: FastTheories) -> None:
+    def __init__(self, case: LoadedWheelSet, theories: FastTheories, rough: float) -> None:
         self._case = case
         self._theories = theories
+        self._rough = rough
         sideways = [name for name in case.free if name in ("y", "lateral")]
         turning = [name for name in case.free if name in ("yaw", "yaw_rate")]
         self._held_names = (*sideways, *turning)
@@ -158,7 +161,7 @@ class Search:
         """
         balances: list[tuple[LoadBalance, BroydenIterate]] = []
         for point, last in lattice.brackets(len(self._held_names)):
-            tol = ROUGH if last else SMOOTH
+            tol = self._rough if last else SMOOTH
             balanced = self._balanced(origin + spacing * point, tol)
             if balanced is None:
                 continue
@@ -184,7 +187,7 @@ class Search:
             if name != "y" and abs(values[name]) > most * self._spacing[name]:
                 return None
         held = self._held_near(point)
-        if held is None or any(on_flange(wheel.case) for wheel in held.wheels):
+        if held is None or any(map(_on_flange_alone, held.wheels)):
             return None
         return np.array([held.left_over[BALANCED[name]] for name in self._held_names])
 
@@ -219,7 +222,7 @@ class Search:
                     break
                 x = at.x
         assert at is not None
-        if at.largest > ROUGH:
+        if at.largest > self._rough:
             raise NotConverged(unbalanced(balance, at.imbalance), at.largest)
         self._last = at.x
         self._derivatives = at.derivatives
@@ -316,6 +319,12 @@ def on_flange(wheel: WheelOnRail) -> bool:
     """True if a wheel stands on its rail with the lower half of its flange."""
     radius = wheel.locus.radii[wheel.locus.gap.argmin()]
     return bool(radius > wheel.wheelset.radius + wheel.wheelset.profile.z.max() / 2)
+
+
+def _on_flange_alone(wheel: WheelForces) -> bool:
+    """True if the lower half of a wheel's flange carries all of its load."""
+    half = wheel.case.wheelset.profile.z.max() / 2
+    return all(patch.on_wheel[1] > half for patch in wheel.patches)
 
 
 def unbalanced(balance: LoadBalance, imbalance: np.ndarray) -> str:

@@ -21,6 +21,8 @@ from varcontact.solving.options import CertifyName
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.equilibrium import STEP, BroydenIterate, LoadBalance, Solver, broyden
 from varcontact.wheel_rail.equilibrium_search import (
+    BEGINNING,
+    ROUGH,
     FastTheories,
     Search,
     balanced_wheels,
@@ -81,7 +83,7 @@ def solve_wheel_set(
     warn_plausibility(warnings_of(case))
     # the balance by the fast way
     fast = FastTheories(kinetic=True)
-    balance, x = Search(case, fast).found()
+    balance, x = Search(case, fast, BEGINNING).found()
     derivatives = _derivatives(balance, x, fast)
     # exact solutions; grids that are chosen for an accuracy come last
     solvers = [_Exact(methods | {"certify": certify})]
@@ -219,7 +221,7 @@ def estimate_wheel_set(
     """See `WheelSetOnTrack.estimate`."""
     warn_plausibility(warnings_of(case))
     fast = FastTheories(normal, tangential, tuple(options.items()))
-    balance, x = Search(case, fast).found()
+    balance, x = Search(case, fast, ROUGH).found()
     estimate = _solution(balance, x, fast, 0, None)
     warn_unbalanced(estimate.imbalance, tol)
     _warn_of_patches(estimate)

@@ -14,6 +14,7 @@ from varcontact import checks
 from varcontact.html import Reported
 from varcontact.results.error_estimate import with_bar
 from varcontact.wheel_rail.equilibrium_search import (
+    ROUGH,
     FastTheories,
     Search,
     balanced_wheels,
@@ -245,7 +246,7 @@ class WheelSetSolution(Reported, WheelForces):
 def _lateral_force(case: LoadedWheelSet) -> float:
     """Fy of both wheels on the rails by the fast way [N]."""
     fast = FastTheories()
-    balance, x = Search(case, fast).found()
+    balance, x = Search(case, fast, ROUGH).found()
     left, right = balanced_wheels(balance, x, fast)
     imbalance = np.abs(balance.imbalance((left, right))).max(initial=0.0)
     warn_unbalanced(float(imbalance), FAST_TOL)
