@@ -75,7 +75,7 @@ def wheelrail(
 
         draw(plot, plot_positions, pd.DataFrame(rows))
     elif len(read.cases) == 1 and (plot is not None or plot_wear is not None):
-        # unless the table had it from last time
+        # unless the table has it from an earlier run
         solution = found[0] if found else read.cases[0].solve(**read.options)
         draw(plot, solution.plot)
         if plot_wear is not None:

@@ -31,22 +31,20 @@ from varcontact.wheel_rail.wheel_geometry import ELEMENT, ContactPatch, WheelGeo
 
 Item = TypeVar("Item")
 ON_ELLIPSE = 32
-"""Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
-jump.
-"""
+"""Elements across the ellipse of a theory in either direction, the same at all heights so that
+forces do not jump."""
 LEAST_COSINE = 0.9
-"""Cosine of the contact angle below which a patch on elements moves with the height too far to tell
-the next one.
-"""
+"""Cosine of the contact angle below which a patch moves too far with the height to give the next
+one."""
 ACROSS_FIRST = 8
-"""Elements across the overlap of all patches, with which the first height is found."""
+"""Elements across the overlap of all patches in the search for the first height."""
 COARSER = 16.0
-"""Ratio of the areas of elements from which coarse ones are worth their own geometry."""
+"""Ratio of element areas above which a separate geometry on coarse elements pays off."""
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Begin of the search for a height: the solution of a wheel near it, with its operators if
+    """Start of the search for a height: the solution of a similar wheel, with its operators if
     known.
     """
 
@@ -104,7 +102,7 @@ class WheelOnElements:
 
     @property
     def done(self) -> bool:
-        """True if a height is found that carries the load."""
+        """True if a height that carries the load is found."""
         return self._search.done
 
     def propose(self) -> list[ContactOnGrid]:
@@ -148,22 +146,22 @@ class WheelOnElements:
         """The certified solution at the height that carries the load."""
         if self._contacts:
             self._solutions = [each.solution() for each in self._contacts]
-        # rolling radii, with which patches refer to no profile any more
+        # rolling radii, after which patches no longer refer to profiles
         known = [replace(each, rolling_radius=each.rolling_radius) for each in self._patches]
         patches = tuple(map(PatchSolution, known, self._solutions))
         return WheelRailSolution(self._case, self._search.z, patches, self._search.rounds)
 
     def curved(self) -> WheelOnElements:
-        """The same wheel on a curved surface."""
+        """Wheel on the same elements, with contact on a curved surface."""
         return WheelOnElements(self._case.on_curved_surface(), self._tol, self._methods)
 
     @property
     def operators(self) -> list[Operators]:
-        """On the grids of the patches."""
+        """Operators on the grids of the patches."""
         return [each.disc.operators for each in self._contacts]
 
     def _first_height(self) -> float:
-        """The height at which normal forces on coarse elements bear the load."""
+        """Height at which the normal forces on coarse elements carry the load."""
         case = self._case
         if case.z is not None or case.curved:
             return self._search.z
@@ -179,7 +177,7 @@ class WheelOnElements:
             return self._search.z
         coarse = case.with_sides(coarse_dx, coarse_dy)
         wheel = WheelOnElements(coarse, self._tol, self._methods, deadline=self._deadline)
-        # coarse elements may miss what fine ones have
+        # coarse elements may miss a contact that fine ones find
         with suppress(NotConverged, SceneError):
             z = wheel._height_by_pressures()
             self._pressures = wheel._pressures
@@ -188,7 +186,7 @@ class WheelOnElements:
         return self._search.z
 
     def _height_by_pressures(self) -> float:
-        """A height at which normal forces are near the load."""
+        """Height at which the normal forces are close to the load."""
         while not (self._search.near or self._search.expects):
             self._move_to(self._search.propose())
             if self._patch_tells:
@@ -198,10 +196,10 @@ class WheelOnElements:
         return self._search.propose()
 
     def _press_and_check(self) -> bool:
-        """Press the contacts at a height; True if they bear nearly the load.
+        """Press the contacts at a height; returns True if they nearly carry the load.
 
-        The first height but one that is near by itself needs no pressure of its own: the load tells
-        the next.
+        At the first height, unless that is known to be near, the pressure itself is not needed: the
+        solution under the load gives the next height.
         """
         if self._case.z is not None:
             return True
@@ -220,15 +218,17 @@ class WheelOnElements:
 
     @property
     def _patch_tells(self) -> bool:
-        """True if the patch tells the height at which it bears a load: one alone, not too steep."""
+        """True if the height can be predicted from the approach of the patch under a load: a single
+        one, not too steep.
+        """
         if not self._case.patches_tell or len(self._patches) != 1:
             return False
         (patch,) = self._patches
         return not patch.interactions and float(patch.frame.axes[2, 2]) >= LEAST_COSINE
 
     def _press_by_load(self) -> None:
-        """The patch of a first height under the load alone, which tells the height that bears it,
-        and about what it bears where it is.
+        """Solve the patch of a first height under the load alone; predicts the height that carries
+        it, and estimates the force at the present height.
         """
         (patch,) = self._patches
         (contact,) = self._with_initial_guesses()
@@ -239,18 +239,20 @@ class WheelOnElements:
         self._expect(loaded)
 
     def _under_goal(self, contact: ContactOnGrid) -> ContactOnGrid:
-        """The contact of the patch with the pressures that bear the goal of the search."""
+        """Contact of the patch with the pressures that carry the goal of the search."""
         return contact.under(self._search.goal / float(self._patches[0].frame.axes[2, 2]))
 
     def _expect(self, loaded: ContactOnGrid) -> None:
-        """The height at which the patch has the approach that it has under the goal."""
+        """Tell the search the height at which the patch has the approach that it has under the
+        goal.
+        """
         (patch,) = self._patches
         deeper = (loaded.approach - patch.approach) / float(patch.frame.axes[2, 2])
         self._search.expect(self._search.z + deeper)
         self._pressures = [loaded.initial_guess]
 
     def _press(self) -> None:
-        """The contacts with their pressures, and what these bear."""
+        """Solve the pressures of the contacts, and tell the search their vertical force."""
         self._pressure_contacts = [each.with_pressure() for each in self._with_initial_guesses()]
         self._pressures = [each.initial_guess for each in self._pressure_contacts]
         self._operators = [each.disc.operators for each in self._pressure_contacts]
@@ -258,7 +260,7 @@ class WheelOnElements:
         self._search.learn_normal(vertical(self._frames, forces, False))
 
     def _with_initial_guesses(self) -> list[ContactOnGrid]:
-        """The contacts with the pressures that their solution begins with."""
+        """Contacts with the pressures from which their solution starts."""
         starts = self._pressures
         if len(starts) != len(self._patches):
             starts = [_hertzian(each, self._case) for each in self._patches]
@@ -275,13 +277,15 @@ class WheelOnElements:
         return contacts
 
     def _expect_goal(self) -> None:
-        """The height at which the last patch, with its elements, bears the goal of the search."""
+        """Predict the height at which the last patch, on its elements, carries the goal of the
+        search.
+        """
         if self._pressure_contacts and self._patch_tells and not self._search.expects:
             self._expect(self._under_goal(self._pressure_contacts[0]))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
-        """Contacts that have their pressures, and tractions to begin with; none where tractions
-        change a pressure.
+        """Contacts with their pressures, and tractions to start from; empty where tractions change
+        a pressure.
         """
         pressed = self._pressure_contacts
         if not pressed or not all(each.keeps_pressure for each in pressed):
@@ -296,15 +300,15 @@ class WheelOnElements:
 
     @property
     def patches_alone(self) -> bool:
-        """True if patches are solved as scenes by themselves, and not proposed: by a theory."""
+        """True if patches are solved as separate scenes by a theory, and not proposed."""
         return self.by_theory
 
     def _solved_alone(self) -> list[Solution]:
         return [_by_theory(scene, self._methods) for scene in self._scenes]
 
     def _solved(self) -> list[ContactOnGrid]:
-        """The contacts of patches, from others with their influence numbers, if there are as
-        many.
+        """Solved contacts of the patches, started from previous ones with their operators if there
+        are as many.
         """
         scenes = self._scenes
         starts = _each_of(self._traction_starts or self._pressures, scenes)
@@ -316,8 +320,8 @@ class WheelOnElements:
         return contacts
 
     def _options_of(self, k: int, scene: Scene) -> SolveOptions:
-        """The options of patch k, checked at the first height, and where it has many more elements
-        or fewer.
+        """Options of patch k, checked at the first height, and again if its number of elements has
+        changed much.
         """
         kept = self._options.get(k)
         if kept is None or not kept.suit(scene):
@@ -354,7 +358,7 @@ def solved_alone(wheel: WheelOnElements) -> WheelRailSolution:
 
 
 def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
-    """The patches at a height, with the interaction of those that are parts of one."""
+    """Patches at a height; those of several parts with the interaction between these."""
     patches = []
     for each in case.patches(z, with_grid=with_grid):
         if each.interactions:
@@ -364,8 +368,8 @@ def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[C
 
 
 def _height_near(case: WheelGeometry, last: WheelRailSolution, known: tuple[float, float]) -> float:
-    """The height at which the overlap presses by the load as much as that of another wheel does by
-    the forces known of it.
+    """Height at which the overlap presses as much as that of another wheel, scaled by the load over
+    its known force.
     """
     before = last.case
     pressing = before.locus.pressing(last.z)
@@ -376,7 +380,7 @@ def _height_near(case: WheelGeometry, last: WheelRailSolution, known: tuple[floa
 
 
 def _hertzian(patch: ContactPatch, case: WheelGeometry) -> InitialGuess:
-    """Pressures like Hertz's where the bodies overlap by half of the approach or more."""
+    """Hertz-like pressures where the bodies overlap by half of the approach or more."""
     grid = patch.scene.own_grid
     surface = patch.scene.surface
     assert isinstance(surface, SampledDistance)
@@ -389,14 +393,14 @@ def _hertzian(patch: ContactPatch, case: WheelGeometry) -> InitialGuess:
 
 
 def _each_of(known: Sequence[Item], scenes: Sequence[Scene]) -> list[Item | None]:
-    """What is known of each patch, if there are as many."""
+    """Known values by patch, if there are as many as patches; else None for each."""
     if len(known) == len(scenes):
         return list(known)
     return [None] * len(scenes)
 
 
 def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_friction: bool) -> float:
-    """The vertical force on the rail; without friction that of the normal forces."""
+    """Vertical force on the rail; without friction that of the normal forces alone."""
     counts = np.array([with_friction, with_friction, True])
     return float(
         sum(frame.axes[2] @ (counts * force) for frame, force in zip(frames, forces, strict=True))
@@ -404,7 +408,7 @@ def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_frictio
 
 
 def vertical_forces(solution: WheelRailSolution) -> tuple[float, float]:
-    """The vertical forces of a solution: that of the normal forces, and of all that count."""
+    """Vertical forces of a solution: of the normal forces, and of all forces that count."""
     frames = [each.frame for each in solution.patches]
     forces = [each.force for each in solution.patches]
     all_forces = vertical(frames, forces, solution.case.with_friction)
@@ -412,7 +416,7 @@ def vertical_forces(solution: WheelRailSolution) -> tuple[float, float]:
 
 
 def for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
-    """The methods that concern the normal problem alone."""
+    """Methods for the normal problem alone."""
     names = ("normal", "method", "accuracy")
     return {"certify": None} | {name: value for name, value in methods.items() if name in names}
 
