@@ -31,7 +31,7 @@ _RENAMED = {
     "varcontact.wheel_rail.series": "varcontact.wheel_rail.case_file",
     "varcontact.wheel_rail.standard_profiles": "varcontact.wheel_rail.profile_files",
 }
-"""Modules that were documented under another name, which can still be imported."""
+"""Modules by their earlier documented names, which can still be imported."""
 
 
 class _Renamed(MetaPathFinder, Loader):

@@ -6,14 +6,14 @@ import sys
 
 
 def main() -> None:
-    """Entry point. After Ctrl-C the process ends at once, whatever solvers still compute in threads
-    of their own.
+    """Entry point. After Ctrl-C the process ends at once, even while solvers still compute in their
+    own threads.
     """
     try:
         from varcontact import cli
 
         cli.main()
-    except KeyboardInterrupt:  # while the command line was imported
+    except KeyboardInterrupt:  # Ctrl-C while the command line is imported
         _end()
     except SystemExit as done:
         if done.code == cli.INTERRUPTED:
@@ -29,7 +29,7 @@ def _end() -> None:
     """
     if "multiprocessing.util" in sys.modules:
         sys.modules["multiprocessing.util"]._run_finalizers(0)
-    with contextlib.suppress(OSError):  # a reader that has gone
+    with contextlib.suppress(OSError):  # the reader of a pipe has gone
         sys.stdout.flush()
         sys.stderr.flush()
     os._exit(130)

@@ -139,7 +139,7 @@ def torch_function(
 
 
 def _imported(name: str) -> Any:
-    """A package, or an error that names how it is installed."""
+    """Imported package; the error for a missing one says how to install it."""
     from importlib import import_module
 
     try:

@@ -20,29 +20,30 @@ from varcontact.system.progress import shown_progress
 
 SMALL = 1e-100
 LARGE = 1e100
-"""Lengths, moduli and forces between these keep their products within the range of floating
-point."""
+"""Range `SMALL` to `LARGE` of lengths, moduli and forces: their products stay in the range of
+floating point."""
 
 _NO_NUMBERS = (bool, str, bytes, bytearray, complex)
-"""What `float` would take for a number, or drop a part of."""
+"""Types that are refused as numbers although `float` converts them, complex numbers of NumPy
+without their imaginary part."""
 _FLOAT = np.dtype(float)
 P = ParamSpec("P")
 R = TypeVar("R")
 ForwardedNames = Callable[[Mapping[str, Any]], Iterable[str]]
-"""Names of the options that a function hands on, by all options that are given."""
+"""Names of the options that a function forwards, as a function of all options given."""
 POISSON = "a Poisson's ratio in (-1, 0.5]"
 REFINE_BECAME = "accuracy, without a grid"
-"""What takes the place of ``refine``, an argument of `solve` up to November 2026."""
+"""Replacement for ``refine``, an argument of `solve` up to November 2026."""
 
 
 def gone(field: str, value: Any, instead: str) -> None:
-    """Refuse an argument of an earlier version where it is given."""
+    """Refuse an argument of an earlier version, if it is given."""
     if value is not None:
         raise SceneError(field, value, f"left out: this version has {instead} in its place")
 
 
 def real(field: str, value: Any, allowed: str = "a number") -> float:
-    """A real number, which may be infinite but not NaN."""
+    """Real number, which may be infinite but not NaN."""
     result = math.nan
     if not isinstance(value, _NO_NUMBERS) and getattr(value, "dtype", _FLOAT).kind in "iuf":
         # an object's own code runs here, and may raise anything
@@ -54,8 +55,8 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
 
 
 def number(field: str, value: Any, allowed: str = "a finite number", most: float = LARGE) -> float:
-    """A finite number of any sign, and of a size that can be computed with."""
-    if type(value) is float and -most <= value <= most:  # nearly always
+    """Finite number of any sign, with a size that is safe to compute with."""
+    if type(value) is float and -most <= value <= most:  # the usual case
         return value
     result = real(field, value, allowed)
     if math.isinf(result):
@@ -66,8 +67,8 @@ def number(field: str, value: Any, allowed: str = "a finite number", most: float
 
 
 def positive(field: str, value: Any) -> float:
-    """A finite number above zero, of a size that can be computed with."""
-    # nearly always; single calls of fast theories wait for it
+    """Finite number above zero, with a size that is safe to compute with."""
+    # the usual case; single calls of fast theories depend on it
     if type(value) is float and SMALL <= value <= LARGE:
         return value
     allowed = "a positive, finite number"
@@ -90,7 +91,7 @@ def positive_or_infinite(field: str, value: Any) -> float:
 def at_least_zero(
     field: str, value: Any, allowed: str = "a finite number, zero or positive"
 ) -> float:
-    """A finite number that is not negative, of a size that can be computed with."""
+    """Finite number that is not negative, with a size that is safe to compute with."""
     result = number(field, value, allowed)
     if result < 0:
         raise SceneError(field, value, allowed)
@@ -106,7 +107,7 @@ def poisson_ratio(field: str, value: Any) -> float:
 
 def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: str = "") -> int:
     """A whole number of at least `least`, and at most `most`."""
-    if type(value) is int and most is None and least <= value <= LARGE:  # nearly always
+    if type(value) is int and most is None and least <= value <= LARGE:  # the usual case
         return value
     allowed = f"a whole number, {least} or more"
     result = number(field, value, allowed)
@@ -148,7 +149,7 @@ def array(
 
 
 def coordinates(field: str, value: Any, size: int, of: str) -> np.ndarray:
-    """Ascending places, shape (size,), of the rows or columns `of` something."""
+    """Ascending coordinates, shape (size,), of the rows or columns `of` something."""
     points = array(field, value, 1)
     if points.size != size or size < 2 or np.any(np.diff(points) <= 0):
         raise SceneError(
@@ -173,14 +174,14 @@ def numbers(
             allowed = f"{allowed}, with rows of equal length"
         raise SceneError(field, value, allowed) from None
     sizes = np.abs(result)
-    if not (sizes <= most).all():  # nor where there is NaN
+    if not (sizes <= most).all():  # False also for NaN
         require_all(field, result, np.isfinite(result), allowed)
         require_all(field, result, sizes <= most, f"at most {most:g} in size")
     return result
 
 
 def require_all(field: str, values: np.ndarray, good: np.ndarray, allowed: str) -> None:
-    """Refuse the first value that is not good, by its index where there are several."""
+    """Refuse the first invalid value, by its index where there are several."""
     if not good.all():
         where = tuple(int(i) for i in np.argwhere(~good)[0])
         if where:
@@ -280,7 +281,7 @@ def elastic(value: Any) -> None:
 
 
 def exactly_one(**arguments: Any) -> None:
-    """Refuse arguments, by name, of which not exactly one is given."""
+    """Refuse arguments, by name, unless exactly one of them is given."""
     given = [name for name, value in arguments.items() if value is not None]
     if len(given) != 1:
         message = f"neither {' nor '.join(arguments)} is given: give one of them"
@@ -312,8 +313,8 @@ def nearest(value: Any, names: Iterable[str]) -> str:
 
 
 def options_of(function: Callable[..., Any], **given: Any) -> tuple[str, ...]:
-    """The names of all options of a public function: its own, and those that it hands on, by what
-    else is given.
+    """Names of all options of a public function: its own, and those that it forwards, by what else
+    is given.
     """
     code = inspect.unwrap(function).__code__
     forwarded: ForwardedNames = getattr(function, "forwarded", _nothing)
@@ -352,7 +353,7 @@ def named_options(
 
 
 def _refuse_others(function: str, names: Iterable[str], options: Mapping[str, Any]) -> None:
-    """Refuse the first option that a function has not among its names."""
+    """Refuse the first option that a function does not have."""
     names = [name for name in names if name not in ("self", "cls")]
     for name, value in options.items():
         if name not in names:
@@ -362,7 +363,7 @@ def _refuse_others(function: str, names: Iterable[str], options: Mapping[str, An
 
 
 def short_entries(value: Any) -> str:
-    """A dataclass as text, its long entries cut short."""
+    """Dataclass as text, with long entries cut short."""
     entries = (
         f"{field.name}={shortened(getattr(value, field.name), 200)}"
         for field in dataclasses.fields(value)
@@ -384,7 +385,7 @@ class Checked:
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
-    __match_args__: ClassVar[tuple[str, ...]]  # the fields that are not by name alone
+    __match_args__: ClassVar[tuple[str, ...]]  # fields that may be given by position
     _path: ClassVar[str] = ""
     _words: ClassVar[dict[str, str]] = {}
     _checks: ClassVar[dict[str, Callable[[str, Any], Any]]] = {}

@@ -31,8 +31,8 @@ class VarcontactError(Exception):
     history: Any = None
 
     def in_step(self, step: int, history: Any) -> Self:
-        """Itself, with the `step` of a history, from 0, in the message, and the `history` that was
-        solved before.
+        """Error with the `step` of a history, from 0, in its message, and the `history` solved
+        before it.
         """
         self.step = step
         self.history = history

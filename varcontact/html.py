@@ -1,4 +1,4 @@
-"""Texts for notebooks and pages."""
+"""Text as HTML, for notebooks and web pages."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from html import escape
 
 
 def in_rows(title: str, rows: Iterable[tuple[str, str]], width: int = 20) -> str:
-    """Names and texts below a title, in columns as wide."""
+    """Names and texts below a title, in two columns, the first of a `width` in characters."""
     return "\n".join([title, "", *(f"  {name:<{width}}{text}".rstrip() for name, text in rows)])
 
 
@@ -16,7 +16,7 @@ def preformatted(text: str) -> str:
 
 
 class Reported:
-    """What prints as its report, in notebooks too."""
+    """Base class of results that print as their report, in notebooks too."""
 
     report: Callable[[], str]
 

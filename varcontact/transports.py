@@ -21,7 +21,7 @@ Stencil = tuple[tuple[float, float], ...]
 """Distances ahead at which displacements are taken, and their weights."""
 
 HERE: Stencil = ((0.0, 1.0),)
-"""Displacements where they are."""
+"""Stencil of displacements at the same place."""
 
 DIFFERENCES: dict[str, tuple[tuple[int, float], ...]] = {
     "first-order": ((0, 1.0), (1, -1.0)),
@@ -42,7 +42,7 @@ class Transport(Protocol):
 
     @property
     def repeats(self) -> bool:
-        """True where the same fields leave a step that arrive: in steady rolling."""
+        """True in steady rolling, where the arriving fields equal those that leave a step."""
 
     @property
     def distance(self) -> float:
@@ -54,7 +54,7 @@ class Transport(Protocol):
 
     @property
     def difference(self) -> str:
-        """The entry of `DIFFERENCES` that slip over a step of rolling is."""
+        """Entry of `DIFFERENCES` for the slip over a step of rolling."""
 
     @property
     def stencil(self) -> Stencil:
@@ -131,8 +131,7 @@ def along_rows(own: np.ndarray, columns: float, fresh: float, join: Join) -> np.
 
 
 def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0) -> np.ndarray:
-    """Values (..., ny, nx) so many columns further along x, linear between the centres of two
-    elements.
+    """Values (..., ny, nx) some columns further along x, linear between element centres.
 
     `beyond` is the value outside the grid; None: as at its end.
     """

@@ -45,9 +45,9 @@ TOLS = (1e-3, 1e-6, 1e-9)
 SHIFT = 0.01
 """Shift of the geometric means [s]."""
 FACTORS = (1.0, 2.0, 5.0, 10.0, 100.0)
-"""Multiples of the least time at which profiles are tabulated."""
+"""Multiples of the least time at which performance profiles are tabulated."""
 SIZES = (0, 150, 500, 1000, 3000)
-"""Limits of the classes of sizes, in elements."""
+"""Limits of the size classes [elements]."""
 NOT_APPLICABLE = "does not apply"
 
 
@@ -117,7 +117,7 @@ def benchmark_solvers(
     limit = checks.positive("limit", limit)
     report = checks.progress(progress)
     made = partial(SolverComparison.of, problems=problems, solvers=chosen, tols=tolerances)
-    imported("pandas")  # now: after Ctrl-C it would be waited for
+    imported("pandas")  # imported now: after Ctrl-C the import would have to be waited for
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         _check_table(table, limit)
         measured = {_key(row) for row in table.rows}
@@ -135,7 +135,7 @@ def benchmark_solvers(
 
 
 def _check_table(table: Table, limit: float) -> None:
-    """Refuse a table of other problems, or with another limit of time."""
+    """Refuse a table of other problems, or with another time limit."""
     for row in table.rows:
         if row["set_version"] != SET_VERSION:
             raise of_another(table.path, "was measured on another version of the problems")
@@ -226,7 +226,9 @@ class SolverComparison(Reported):
         solvers: Sequence[str],
         tols: Sequence[float],
     ) -> SolverComparison:
-        """From the rows of a table, of which only those of these problems and solvers are taken."""
+        """Comparison from the rows of a table that belong to these problems, solvers and
+        tolerances.
+        """
         import pandas as pd
 
         chosen = [
@@ -309,7 +311,9 @@ class SolverComparison(Reported):
         return pd.DataFrame(fractions, index=pd.Index(limits, name="factor"))
 
     def _ratios(self, group: str, tol: float) -> pd.DataFrame:
-        """Seconds divided by the least of all, by problem and solver; infinite where not solved."""
+        """Seconds divided by the least time of all solvers, by problem and solver; infinite where
+        not solved.
+        """
         tried = self.tried
         checks.choice("group", group, list(dict.fromkeys(tried["group"])))
         part = tried[(tried["group"] == group) & (tried["tol"] == tol)]
@@ -318,7 +322,7 @@ class SolverComparison(Reported):
         return cost[np.isfinite(least)].div(least[np.isfinite(least)], axis=0)
 
     def failures(self) -> pd.DataFrame:
-        """Numbers of the outcomes of each solver."""
+        """Number of outcomes of each kind, by solver."""
         import pandas as pd
 
         tried = self.tried

@@ -37,7 +37,7 @@ def plot_profiles(comparison: Any, tol: float) -> Figure:
         ax.set_xlabel("time relative to the fastest")
         ax.set_title(f"{group}, to {tol:g}")
     axes[0].set_ylabel("fraction of problems")
-    # of all solvers, also those that are in no panel but the last
+    # legend of all solvers, also those that are not in the last panel
     handles = [axes[0].plot([], [], **each)[0] for each in styles.values()]
     columns = min(3, len(groups) + 1)
     figure.legend(handles, solvers, ncols=columns, loc="outside lower center", fontsize="small")

@@ -1,4 +1,4 @@
-"""The set of problems as files for others, which need nothing of this package to be read."""
+"""Benchmark problems as files that can be read without this package."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from varcontact.system.progress import Progress
 TOL = 1e-10
 """Residual of the solutions."""
 REACHED_FOR = 1e-11
-"""Residual that is asked for, as the units of the files are others."""
+"""Residual requested from solvers: smaller than `TOL`, as the units of the files differ."""
 SHIPPED = ("contact_problems.py", "rolling_contact.py")
 TABLE = "problems.csv"
 SOLVED_BY = ("newton", "splitting", "norm", "tang-safeguarded")
@@ -100,7 +100,7 @@ def save_problems(
 
 
 def _check_folder(folder: Path) -> None:
-    """Make the folder; refused where something else is in it."""
+    """Make the folder; refuse one that contains anything else."""
     try:
         (folder / "data").mkdir(parents=True, exist_ok=True)
         others = {path.name for path in folder.iterdir()} - {"data"}
@@ -112,13 +112,13 @@ def _check_folder(folder: Path) -> None:
 
 
 def file_stem(name: str) -> str:
-    """The name of a problem as that of a file."""
+    """File name without ending for the name of a problem."""
     words = name.replace(" = ", "=").replace("/", "_by_")
     return re.sub(r"[^\w.=-]+", "_", words).strip("_")
 
 
 def solved_arrays(each: BenchmarkProblem) -> Arrays:
-    """The arrays of a problem's file, in which the own influence of an element is 1 at most."""
+    """Arrays of a problem's file, scaled so that an element's influence on itself is at most 1."""
     problem = each.program().contact_problem
     solution = _solution(each.name, problem)
     if isinstance(problem, NormalProblem):
@@ -145,7 +145,7 @@ def _solution(name: str, problem: NormalProblem | TangentialProblem) -> RawSolut
 
 
 def _normal(problem: NormalProblem, solution: RawSolution) -> Arrays:
-    """Distances count from the approach where it is prescribed, else from the least."""
+    """Distances count from the approach where it is prescribed, else from the smallest distance."""
     level = problem.approach
     rigid = 0.0
     force = np.nan
@@ -219,7 +219,7 @@ def _table(rows: list[dict[str, Any]]) -> bytes:
 
 
 def _filled(readme: str, rows: list[dict[str, Any]]) -> str:
-    """The README with the numbers of these problems."""
+    """README with the figures of these problems filled in."""
     sizes = [row["elements"] for row in rows]
     normal = sum(row["problem"] == "normal" for row in rows)
     words = {

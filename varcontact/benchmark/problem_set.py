@@ -25,13 +25,13 @@ from varcontact.solving.selection import why_not_hertz
 from varcontact.solving.solve import solve
 
 SET_VERSION = 1
-"""Version of the set: another one where any problem of it changes (tests/benchmark)."""
+"""Version of the problem set; it changes whenever a problem changes (tests/benchmark)."""
 FRICTION = 0.3
 Body = Bodies | Layered | Viscoelastic
 LIKE = Bodies(G=1.0, nu=0.28)
 CIRCLE = Ellipse(a=1.0, b=1.0)
 FINEST = 60
-"""Elements across the largest contacts: about 2800 in contact."""
+"""Elements across the largest contacts, of which about 2800 are in contact."""
 QUICK_SET = (
     "circle, 8 across",
     "circle, 16 across",
@@ -54,9 +54,9 @@ QUICK_SET = (
     "circle, 40 across",
     "pure vx, 60 across",
 )
-"""Names of the quick set: 52 to 2828 elements, those that take long last."""
+"""Names of the quick set, 52 to 2828 elements; slow problems come last."""
 WAVES = 24
-"""Waves of a rough surface."""
+"""Number of waves of a rough surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +78,8 @@ class BenchmarkProblem:
     scene: Scene
 
     def program(self, formulation: ProgramName = "auto") -> Program:
-        """Its convex program by a `formulation` as for `varcontact.program`; tractions under the
-        pressure of the scene without tractions.
+        """Convex program of the problem by a `formulation`, as of `varcontact.program`; tractions
+        under the pressure of the scene without tractions.
         """
         pressure = None
         if self.problem == "tangential" and why_not_hertz(self.scene):
@@ -143,7 +143,7 @@ def benchmark_problems(quick: bool = False) -> dict[str, BenchmarkProblem]:
 
 
 def check_problems(problems: Mapping[str, BenchmarkProblem]) -> None:
-    """Refuse what is no problem of the set, under its own name."""
+    """Refuse problems that are not of the set, or not under their own name."""
     checks.kind("problems", problems, Mapping)
     known = benchmark_problems()
     for name, each in problems.items():
@@ -160,7 +160,7 @@ def _scene(
     surface: Surface = CIRCLE,
     bodies: Body = LIKE,
 ) -> Scene:
-    """A scene under a force of 1, with so many elements across the contact."""
+    """Scene under a normal force of 1, with the given number of elements across the contact."""
     if isinstance(across, int):
         across = Grid(nx=across, ny=across)
     rolling: Scene = Scene(

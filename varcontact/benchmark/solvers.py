@@ -1,4 +1,4 @@
-"""Solvers of the comparison by name: of the package, of entry points, of modules of users."""
+"""Solvers of the comparison by name: the package's own, entry points, and users' modules."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Entry:
     formulation: str
 
     def spec_for(self, problem: NormalProblem | TangentialProblem) -> SolverSpec | None:
-        """Its solver of a problem; None where it does not apply."""
+        """Solver for a problem; None where it does not apply."""
         kind = "tangential"
         if isinstance(problem, NormalProblem):
             kind = "normal"
@@ -68,7 +68,7 @@ class Entry:
 
 
 def entry_named(text: str) -> Entry:
-    """The solver of a name; SceneError for what is none, SolverUnavailable where it is not
+    """Solver with this name; SceneError if there is none, SolverUnavailable if it is not
     installed.
     """
     if not isinstance(text, str) or not text:
@@ -90,7 +90,7 @@ def entry_named(text: str) -> Entry:
 
 
 def _specs(names: str) -> list[SolverSpec]:
-    """The solvers of ``normal|tangential``, which must be two, or of one name for both problems."""
+    """Solvers for ``normal|tangential``, which must be two names, or one name for both problems."""
     normal, bar, tangential = names.partition("|")
     if not bar:
         tangential = normal
@@ -110,8 +110,8 @@ def _spec(kind: Kind, name: str) -> SolverSpec | None:
 
 
 def _of_formulation(spec: SolverSpec, formulation: str) -> SolverSpec:
-    """A solver of pressures that states this formulation, which others take for the cheapest that
-    there is.
+    """Solver that states normal problems by this formulation instead of the cheapest one; solvers
+    of tractions are unchanged.
     """
     if spec.kind == "tangential":
         return spec
@@ -126,7 +126,7 @@ def _of_formulation(spec: SolverSpec, formulation: str) -> SolverSpec:
 
 
 def _imported(module: str, function: str) -> Callable[..., Any]:
-    """A function of a module of a user."""
+    """Function imported from a user's module."""
     name = f"{module}:{function}"
     try:
         found = getattr(import_module(module), function)
@@ -139,7 +139,7 @@ def _imported(module: str, function: str) -> Callable[..., Any]:
 
 
 def without_made(problem: Any) -> Any:
-    """The problem without the matrices, factors and transforms that others have made of it."""
+    """Copy of the problem without the matrices, factors and transforms made for other solvers."""
     changed = {}
     for name in ("operator", "instant"):
         operator = getattr(problem, name, None)

@@ -30,26 +30,26 @@ from varcontact.system.files import first_line
 from varcontact.system.process import imported, one_blas_thread
 
 REPEATED_BELOW = 0.1
-"""Seconds of a trial that is repeated, as short ones vary."""
+"""Trials shorter than this are repeated [s], as short times scatter."""
 REPEATS = 3
 WAITING_MAX = 10.0
-"""Seconds that a process may sleep, in time limits of processor time: for solvers that only wait.
-On a busy machine a process that could run does not sleep."""
+"""Longest time that a process may sleep, divided by its limit of processor time: for solvers that
+only wait. On a busy machine a process that could run does not count as asleep."""
 LOOK = 0.05
-"""Seconds between two looks at a process."""
+"""Time between two checks of a process [s]."""
 REASON_MAX = 120
-"""Characters of a reason."""
+"""Characters to which a reason is cut."""
 OUTCOMES = (
     "solved", "inaccurate", "gave up", "out of time", "too large", "failed", "crashed"
 )  # fmt: skip
-"""Outcomes: residual and gap within the tolerance; the solver says so, but they are not; it says
-that it did not get there; and why there is no answer."""
+"""Outcomes: residual and gap within the tolerance; reported as solved, but not within it; reported
+as not converged; and reasons for having no answer."""
 
 
 GROUPS = (
     "pressures", "shifts", "rolling", "line rolling", "viscoelastic pressures"
 )  # fmt: skip
-"""Groups of problems, of which a solver takes all or none: QPs, cones with an energy, cones
+"""Groups of problems, each of which a solver takes as a whole: QPs, cones with an energy, cones
 without; QPs without an energy."""
 
 
@@ -68,7 +68,7 @@ def group_of(problem: NormalProblem | TangentialProblem) -> str:
 
 @dataclass(frozen=True)
 class Trial:
-    """A solver on a problem at some tolerances, from loose to tight."""
+    """One solver on one problem at several tolerances, from loose to tight."""
 
     problem: BenchmarkProblem
     solver: str
@@ -77,7 +77,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Posed:
-    """What the process says of a problem before it is solved."""
+    """Description of a problem that the process sends before it solves it."""
 
     group: str
     elements: int
@@ -86,7 +86,7 @@ class Posed:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The answer of a solver at one tolerance, judged by our residual and gap."""
+    """Answer of a solver at one tolerance, judged by the package's own residual and gap."""
 
     outcome: str
     reason: str = ""
@@ -97,7 +97,7 @@ class Verdict:
 
 
 class Process:
-    """A process that tries solvers; begun anew where one of them had to be ended."""
+    """Worker process that runs solvers; restarted after a solver had to be ended."""
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
@@ -111,7 +111,7 @@ class Process:
         self._end()
 
     def begin(self, trial: Trial) -> Posed:
-        """Let the process pose the problem."""
+        """Let the process build the problem; returns its description."""
         connection = self._connection()
         connection.send(trial)
         posed = self._received(math.inf)
@@ -121,8 +121,8 @@ class Process:
         return posed
 
     def verdicts(self, trial: Trial) -> Iterator[tuple[float, Verdict]]:
-        """The verdict at each tolerance of a trial that has begun; where time was too short, also
-        for those that are tighter.
+        """Verdict at each tolerance of a trial that has begun; after a timeout also for the tighter
+        ones.
         """
         for i, tol in enumerate(trial.tols):
             verdict = self._received(self.limit)
@@ -146,7 +146,7 @@ class Process:
         return self._ours
 
     def _received(self, limit: float) -> Any:
-        """What the process sends next; a verdict of our own where its time is over, or it ends."""
+        """Next message of the process; a Verdict of our own if its time is over or it ends."""
         import psutil
 
         assert self._ours is not None
@@ -175,7 +175,7 @@ class Process:
 
 
 def _processor_seconds(process: Any) -> float:
-    """Processor seconds of a process so far; 0 where it has ended."""
+    """Processor time that a process has used so far [s]; 0 if it has ended."""
     from psutil import NoSuchProcess
 
     try:
@@ -204,7 +204,7 @@ def _serve(connection: Connection, own: Registered) -> None:
 
 def _try_all(connection: Connection) -> None:
     name = ""
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what solvers print
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # output of solvers goes to standard error
     with suppress(EOFError, KeyboardInterrupt), one_blas_thread():
         while True:
             trial = connection.recv()
@@ -252,7 +252,7 @@ def verdict(
         return Verdict("out of time")
     except SceneError as error:
         return Verdict("failed", _reason(error))
-    except Exception as error:  # solvers are others' code, and raise what they like
+    except Exception as error:  # solvers are other people's code and may raise anything
         return Verdict("failed", f"{type(error).__name__}: {_reason(error)}")
     return _verdict_on(problem, raw, tol, seconds)
 
@@ -286,7 +286,7 @@ def _reason(error: Exception) -> str:
 def trials(
     problems: Sequence[BenchmarkProblem], solvers: Sequence[str], tols: Sequence[float]
 ) -> Iterator[Trial]:
-    """All trials, problem by problem."""
+    """Verdicts of all trials, problem by problem."""
     loose_first = tuple(sorted(tols, reverse=True))
     for problem in problems:
         for solver in solvers:

@@ -1,4 +1,4 @@
-"""The command line: the commands, and what errors become."""
+"""Command line: its commands, and the conversion of errors to messages and exit statuses."""
 
 from __future__ import annotations
 
@@ -114,12 +114,12 @@ COMMANDS = {
         names_methods=False,
     ),
 }
-"""By name, but for `table`."""
+"""Commands by name; `table`, which has subcommands, is added later."""
 MAKE_TABLE = "Example: varcontact table make --nu 0.3 --out steel.nc --workers 2"
 
 
 class _Commands(TyperGroup):
-    """All commands: an error becomes one line on standard error and an exit status."""
+    """Group of all commands: an error becomes one line on standard error and an exit status."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -154,7 +154,7 @@ def _options(
 
 
 def _app_of(names: Iterable[str]) -> typer.Typer:
-    """The command line with the commands of some names, whose modules are imported."""
+    """Command line with the commands of these names, whose modules are imported."""
     app = typer.Typer(
         name="varcontact",
         cls=_Commands,
@@ -206,7 +206,7 @@ def _whole_app() -> typer.Typer:
 
 
 def __getattr__(name: str) -> typer.Typer:
-    """`app`: the command line with all commands, built where it is asked for."""
+    """`app`: the command line with all commands, built on first access."""
     if name != "app":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return _whole_app()
@@ -214,11 +214,11 @@ def __getattr__(name: str) -> typer.Typer:
 
 def main() -> None:
     """Entry point."""
-    if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal may not have the letters of a unit
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal may lack the characters of a unit
         sys.stdout.reconfigure(errors="backslashreplace")
-    # of its caches it says much, and nothing of the picture
+    # matplotlib logs much about its caches, and nothing about the picture
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    # a command that is named needs no other
+    # a command given by name needs no other modules
     if sys.argv[1:] and sys.argv[1] in COMMANDS:
         _app_of(sys.argv[1:2])()
     else:

@@ -58,7 +58,7 @@ def compare(
 
 
 def _names(files: list[Path], others: Container[str]) -> dict[str, Path]:
-    """Files by their stems; by their paths, where stems do not tell them apart."""
+    """Names of files: their stems, or their paths if stems are not unique."""
     stems = [path.stem for path in files]
     named = {}
     for path in files:

@@ -52,7 +52,7 @@ def solve_all(
 
 
 def _check_ending(path: Path) -> None:
-    """Refuse what is no input file of CONTACT."""
+    """Refuse files that are no input files of CONTACT."""
     if path.suffix.lower() != ".inp":
         message = f"--compare, --table and --save are for input files of CONTACT (.inp): {path}"
         raise SceneError("--compare", str(path), message=message)
@@ -64,13 +64,13 @@ def _all_cases(
     save: Path | None,
     progress: Callable[[object], None],
 ) -> tuple[list[Compared], list[str]]:
-    """Solve the cases of a file, basic contacts or wheels on rails; rows of the comparison, and
-    tables.
+    """Results of all cases of a file, basic contacts or wheels on rails: rows of the comparison,
+    and tables.
     """
     from varcontact.study import contact_runs
     from varcontact.wheel_rail import contact_runs as wheel_runs
 
-    warnings.simplefilter("ignore", vc.PlausibilityWarning)  # the files are as they are
+    warnings.simplefilter("ignore", vc.PlausibilityWarning)  # input files are taken as they are
     cases: Sequence[Any] = vc.read_contact_input(path, strict=False).cases
     run: Any = contact_runs.run_cases
     finer: Any = contact_runs.refined
@@ -101,7 +101,7 @@ def _all_cases(
 
 
 def _on_finer_elements(case: Any, run: Any) -> list[dict[str, float]]:
-    """The values of a case on finer elements, where it has any."""
+    """Values of a case on finer elements, if the case has any."""
     if case is None:
         return []
     (found,) = run([case])

@@ -94,7 +94,7 @@ def wheel_schema() -> Schema:
 
 
 def _as(schema: Schema, described: Schema) -> Schema:
-    """A schema with the description of another one."""
+    """Schema with the description of another one."""
     words = {key: described[key] for key in ("description",) if key in described}
     return schema | words
 
@@ -112,7 +112,7 @@ def _profile_table() -> Schema:
 
 
 SCHEMAS = {"scene": scene_schema, "sweep": sweep_schema, "wheel": wheel_schema}
-"""By the kind of the file."""
+"""Functions that make the JSON schema, by kind of file."""
 
 
 def _scene_entries() -> dict[str, Schema]:
@@ -157,7 +157,9 @@ def table(entries: Mapping[str, Schema], required: Iterable[str] = ()) -> Schema
 
 
 def solve_schema(keys: Iterable[str]) -> Schema:
-    """The table of options of `solve`: names of methods are proposed, others may be one's own."""
+    """Table of the options of `solve`: names of methods are suggestions, others may be registered
+    by users.
+    """
     hints = _hints(Methods) | _hints(Options)
     entries = {}
     for key in keys:
@@ -268,7 +270,7 @@ def _flat(alternatives: Iterable[Schema]) -> list[Schema]:
 
 
 def descriptions(kind: type[Any]) -> dict[str, str]:
-    """What the docstring of a class says of its parameters, by name."""
+    """Descriptions of parameters from the docstring of a class, by parameter name."""
     lines = (inspect.getdoc(kind) or "").splitlines()
     words: dict[str, str] = {}
     names: list[str] = []

@@ -72,7 +72,7 @@ SHARED: dict[str, Any] = {
     "certify": Annotated[
         str | None, option("Certificate: full (with bounds on forces), gap, none, auto.")
     ],
-    # refused, with what takes its place
+    # refused, with its replacement
     "refine": Annotated[str | None, typer.Option(hidden=True)],
     "accuracy": Annotated[
         float | None, option("Largest error by the friction limit; sets the grid.")
@@ -115,12 +115,12 @@ def takes(*names: str) -> Callable[[Any], Any]:
 
 
 def given(**options: Any) -> dict[str, Any]:
-    """The options that are given."""
+    """Options that were given, without those left at None."""
     return {name: value for name, value in options.items() if value is not None}
 
 
 def for_contact(options: dict[str, Any]) -> dict[str, Any]:
-    """Take what is asked for all cases of an input file of CONTACT out of options."""
+    """Take the options for all cases of an input file of CONTACT out of the given ones."""
     return {name: options.pop(name) for name in CONTACT}
 
 
@@ -137,9 +137,7 @@ def names_of(text: str) -> list[str]:
 
 
 def counts_of(text: str) -> list[Any]:
-    """Whole numbers that are separated by commas; what is none is left for the check of its
-    place.
-    """
+    """Whole numbers separated by commas; other words are left for a later check."""
     return [int(n) if re.fullmatch("[0-9]{1,19}", n) else n for n in names_of(text)]
 
 

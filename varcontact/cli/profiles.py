@@ -63,8 +63,8 @@ def profiles(
 
 
 def _row(file: Path, name: str, kind: str | None, scale: float) -> dict[str, Any]:
-    """What a file has: entries of the table, None where it is refused, with the reason and doubts
-    in words.
+    """Table row of a profile file; for a refused file its entries are None and `refused` has the
+    reason. Warnings are its `doubts`.
     """
     row: dict[str, Any] = {**dict.fromkeys(COLUMNS), "file": name, "refused": None, "doubts": []}
     with warnings.catch_warnings(record=True) as caught:
@@ -100,7 +100,7 @@ def _sizes(file: Path, kind: Any, scale: float) -> dict[str, Any]:
 
 
 def _report(rows: list[dict[str, Any]]) -> str:
-    """The table, and below it doubts and refusals by file."""
+    """Table of the profiles, and below it warnings and refusals by file."""
     from varcontact.study.csv_table import rows_of_text
 
     read = [row for row in rows if row["refused"] is None]

@@ -20,7 +20,7 @@ from varcontact.errors import SceneError
 PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
 HEADING = b"(vx,vy,spin|ux,uy,rotation),Fx,Fy,Mz,"
 ROUNDING = 1e-13
-"""Relative size of the rounding error of sums of tractions that cancel."""
+"""Relative rounding error of sums of tractions that cancel."""
 
 
 @opt.takes(*opt.CREEPAGES, *opt.SETTINGS)
@@ -64,7 +64,7 @@ def scan(
             for solution in scanned(described, triples, **settings):
                 found.append(solution)
                 progress(f"{len(found)} of {len(triples)} creepages")
-    finally:  # what was computed is not lost where one fails
+    finally:  # computed results are kept if one method fails
         if found:
             _deliver(found, out, plot, as_json)
 
@@ -95,7 +95,7 @@ def _deliver(found: list[vc.Solution], out: Path | None, plot: Path | None, as_j
     table = pd.DataFrame(rows)
     try:
         show(csv_table.as_json(table) if as_json else _table(found, rows))
-    finally:  # what was computed is not lost with its reader
+    finally:  # computed results are kept if the reader has gone
         if out is not None:
             write_whole("--out", out, csv_table.as_csv(table))
         if plot is not None:

@@ -21,14 +21,13 @@ from varcontact.cli.terminal import show
 from varcontact.errors import SceneError, VarcontactError, shortened
 
 MOST_BYTES = 2**24
-"""Largest size of a message."""
+"""Largest size of a message [bytes]."""
 MOST_WHEELS = 1000
-"""Most wheels of a message."""
+"""Largest number of wheels in a message."""
 KEYS = ("id", "scene", "wheels", "tol", "accuracy")
 
 Before = tuple[list[str], Any, Any]
-"""The wheels of the message before, with their lattice and their results, from which a message
-starts."""
+"""Wheels of the previous message with their lattice and results, from which the next one starts."""
 
 
 def serve(
@@ -74,7 +73,7 @@ class _Client(socketserver.StreamRequestHandler):
 
 
 def serve_lines(messages: IO[bytes] | BufferedIOBase, answers: IO[bytes] | BufferedIOBase) -> None:
-    """Answer each line until there are no more, or nobody listens."""
+    """Answer each line until there are no more, or until the client has closed the connection."""
     before: Before | None = None
     with contextlib.suppress(ConnectionError):
         while line := messages.readline(MOST_BYTES + 1):
@@ -94,7 +93,7 @@ def serve_lines(messages: IO[bytes] | BufferedIOBase, answers: IO[bytes] | Buffe
 
 
 def answer(line: bytes, before: Before | None = None) -> tuple[dict[str, Any], Before | None]:
-    """The answer to a message, and what the next one may start from."""
+    """Answer to a message, and the start of the next one."""
     name = None
     try:
         message = _message(line)
@@ -102,7 +101,7 @@ def answer(line: bytes, before: Before | None = None) -> tuple[dict[str, Any], B
         wheels, now = _solved(message, before)
     except VarcontactError as error:
         return {"id": name, "error": str(error)}, before
-    except Exception as error:  # a co-simulation goes on after a fault of ours
+    except Exception as error:  # a co-simulation continues after an internal error
         return {
             "id": name,
             "error": f"{type(error).__name__}: {shortened(str(error), 200)}",
@@ -127,7 +126,7 @@ def _message(line: bytes) -> dict[str, Any]:
         raise SceneError("message", message, "an object with the entry wheels")
     check_keys("", message, KEYS)
     name = message.get("id")
-    # 1e999 is JSON
+    # JSON allows 1e999, which is infinite
     if not isinstance(name, str | int | float | None) or name in (math.inf, -math.inf):
         raise SceneError("id", name, "a string or a finite number")
     wheels = message.get("wheels")
@@ -141,7 +140,7 @@ def _message(line: bytes) -> dict[str, Any]:
 def _solved(
     message: Mapping[str, Any], before: Before | None
 ) -> tuple[dict[str, Any], Before | None]:
-    """Results by wheel, in which an error is that wheel's alone."""
+    """Results by wheel; an error concerns its own wheel only."""
     from varcontact.io.toml_tables import table_of
 
     # scenes of the wheels
@@ -156,7 +155,7 @@ def _solved(
             results[wheel] = {"ok": False, "error": str(error)}
     if not scenes:
         return results, before
-    # from the message before, where it was of these wheels on the same lattice
+    # start from the previous message, if it had these wheels on the same lattice
     lattices = {(scene.grid, type(scene.motion), scene.line) for scene in scenes.values()}
     options["failures"] = "keep"
     if before is not None and lattices == before[1] and set(scenes) <= set(before[0]):
@@ -167,7 +166,7 @@ def _solved(
         if table["ok"].all() and len(lattices) == 1:
             now = (list(scenes), lattices, table)
     except SceneError as error:
-        if error.field != "fields":  # of scenes that are on no common lattice
+        if error.field != "fields":  # "fields": the scenes have no common lattice
             raise
         table = vc.solve_many(scenes.values(), **options)
     results |= zip(scenes, _rows(table), strict=True)
@@ -175,7 +174,9 @@ def _solved(
 
 
 def _scene(common: Mapping[str, Any], own: Mapping[str, Any], to_accuracy: bool) -> vc.Scene:
-    """The scene of a wheel, whose entries go before those of all, also within tables."""
+    """Scene of a wheel; its entries take precedence over those of all wheels, also within
+    tables.
+    """
     from varcontact.io.scene_toml import scene_from
 
     entries = {**common, **own}
@@ -191,7 +192,7 @@ def _scene(common: Mapping[str, Any], own: Mapping[str, Any], to_accuracy: bool)
 
 
 def _rows(table: Any) -> list[dict[str, Any]]:
-    """The figures of each scene, without those that are NaN; with the error, if there is one."""
+    """Figures of each scene, without NaN; with the error, if there is one."""
     columns = {
         name: values.values.tolist()
         for name, values in table.data_vars.items()

@@ -61,7 +61,7 @@ def solve(
         check_outputs(out, plot, [scene], force, FORMATS)
     settings |= given(**options)
     several = SolveOptions.checked(described, **settings).target is not None
-    if moves and not several:  # the file grows with the history, and is whole at any time
+    if moves and not several:  # the file grows with the history, and is complete at any time
         if out is not None:
             check_ending("--out", out, ".nc")
         settings["store"] = out
@@ -114,7 +114,7 @@ def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_
             show(json.dumps(solution.summary(), indent=2, allow_nan=False))
         else:
             show(solution.report())
-    finally:  # what was computed is not lost with its reader
+    finally:  # computed results are kept if the reader has gone
         if out is not None and isinstance(solution, vc.History):
             solution.save(out, overwrite=force)
         elif out is not None:

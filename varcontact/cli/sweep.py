@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 TAKEN = (*opt.SETTINGS, "polish")
 """Entries of ``[solve]`` that a sweep accepts."""
 SHOWN = 40
-"""Scenes that are printed; the store has all of them."""
+"""Number of scenes that are printed; the store has all of them."""
 PRINTED = ("outcome", "Fx", "Fy", "Mz", "residual")
 
 

@@ -45,8 +45,8 @@ def study(
     option: str,
     what: str,
 ) -> Any:
-    """Run a study with its progress, and print its result; after Ctrl-C what is finished, and how
-    to resume.
+    """Run a study with its progress and print its result; after Ctrl-C print the finished part, and
+    how to resume.
     """
     try:
         with progress_line() as progress:
@@ -60,7 +60,7 @@ def study(
 
 
 def draw(path: Path | None, picture: Callable[..., Any], *drawn: Any, **options: Any) -> None:
-    """Write a picture, if one is wanted."""
+    """Write a picture, if one was requested."""
     if path is not None:
         from varcontact.plotting.style import write_picture
 
@@ -115,7 +115,7 @@ def check_outputs(
 def stop(
     stopped: Interrupted | WorkersLost, store: Path | None, option: str, what: str
 ) -> NoReturn:
-    """After Ctrl-C, or without workers: say what is kept, or which option keeps it, and leave."""
+    """After Ctrl-C, or a loss of workers: say what is kept, or which option keeps it, and exit."""
     if store is None:
         kept = (
             f"nothing is kept; with {option}, finished {what} are kept "
@@ -131,6 +131,6 @@ def stop(
 
 
 def fail(error: object, status: int) -> NoReturn:
-    """Print an error on standard error, and leave with an exit status."""
+    """Print an error on standard error and exit with its status."""
     print(f"varcontact: {error}", file=sys.stderr)
     raise SystemExit(status)

@@ -1,1 +1,1 @@
-"""Numbers that ship with the package, each beside the command that makes them."""
+"""Data shipped with the package, each file beside the command that makes it."""

@@ -80,11 +80,9 @@ def reference_scenes() -> dict[str, tuple[str, Scene]]:
 
 
 def _scenes(file: str) -> dict[str, dict[str, Scene]]:
-    """The scenes of a file of this package by class and name; the kind of a surface may be a
-    sampled one.
-    """
+    """Scenes of a file of this package by class and name; surfaces may also be sampled ones."""
     found = tomllib.loads(files("varcontact.data").joinpath(file).read_text(encoding="utf-8"))
-    # surfaces that are no paraboloids: at unit load their contacts are about two wide
+    # surfaces other than paraboloids: under a unit load their contacts are about 2 wide
     x = y = np.linspace(-3.0, 3.0, 241)
     along, across = x[None, :] ** 2 / 1.2, y[:, None]
     arcs = np.where(across < 0, across**2 / 2.4, across**2 / 0.8)

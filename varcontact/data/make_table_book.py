@@ -38,10 +38,11 @@ from varcontact.theories.table_book import (
 )
 
 GRIDS = Grid(nx=12, ny=8), Grid(nx=27, ny=18), Grid(nx=48, ny=32)
-"""Those an entry is extrapolated from: the first two, or the last two where it is in doubt."""
+"""Grids from which an entry is extrapolated: the first two, or the last two where it is in
+doubt."""
 DOUBT = 0.002
-"""In doubt is what the extrapolation from the first two changes by more than this, in parts of f
-Fz."""
+"""Change by extrapolating from the first two grids, divided by f Fz, above which an entry is in
+doubt."""
 ORDER = 2
 """Order of the discretisation."""
 HOW = (
@@ -50,28 +51,28 @@ HOW = (
     "0.2 % of f Fz"
 )
 TOL = 1e-3
-"""Residual of the entries on their grids: it changes forces by 1e-4 of f Fz at most, far less than
-the grids do."""
+"""Residual of the entries on their grids: it changes forces by at most 1e-4 of f Fz, far less than
+the grid error."""
 LEAST_ERROR = 0.004
-"""Estimated error of an entry in parts of f Fz: what the extrapolation changes, and at least
-this."""
+"""Least estimated error of an entry, divided by f Fz; the change by extrapolation if that is
+larger."""
 PRESSURE = 1e-3
-"""Normal force by G ab: of no influence, as all is in proportion to it."""
+"""Normal force divided by G ab: without influence, as everything is proportional to it."""
 POLAR = 16
 """Intervals of the splines in the angle from vx, up to pi/2."""
 ANGLES = 32
 """Intervals of the splines in the angle of (vy, spin), up to pi."""
 PARITY = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, -1.0]])
-"""Signs of Fx, Fy, Mz where vx, and where vy and spin, change theirs."""
+"""Signs of Fx, Fy and Mz when vx changes sign, and when vy and spin do."""
 REACH = 1.0
-"""Length of the correlation between directions, as a distance of unit vectors."""
+"""Correlation length between directions, as a distance of unit vectors."""
 NUGGET = 1e-6
 """Addition to the diagonal of the correlation."""
 FULL = 1e9
-"""A magnitude at which nothing is left of the way to full slip."""
+"""Magnitude of creepage that counts as full slip."""
 TINY = 1e-300
 RAYS = 16
-"""Rays of entries that are solved side by side."""
+"""Rays of entries that are solved in one batch."""
 
 
 @one_blas_thread()
@@ -156,7 +157,7 @@ def make_table_book(
     files = (None, None, None) if path is None else stores(path)
 
     def beyond_law(k: int, chosen: np.ndarray) -> np.ndarray:
-        """Forces of some entries less the local law, both on the elements of a grid; nan in the
+        """Forces of some entries minus the local law, both on the elements of a grid; NaN for the
         others.
         """
         scenes = list(_scenes(kinds, nodes, creepages, chosen, GRIDS[k]))
@@ -209,20 +210,20 @@ def make_table_book(
 
 
 def check_out(field: str, path: Path, overwrite: bool) -> None:
-    """Refuse a file to which a book cannot be written, or that is something else."""
+    """Refuse a path to which a book cannot be written, or a file that is something else."""
     check_replaceable(field, path, (".nc",), "table book", b"CDF.*varcontact table ", overwrite)
 
 
 def stores(out: Path) -> tuple[Path, ...]:
-    """The stores of the sweeps, one for each grid, that stand beside a book while it is made."""
+    """Stores of the sweeps, one per grid, kept beside a book while it is made."""
     return tuple(out.with_name(f"{out.stem}.{grid.ny}-cells.nc") for grid in GRIDS)
 
 
 def _scenes(
     bodies: Bodies, ratios: np.ndarray, creepages: np.ndarray, chosen: np.ndarray, grid: Grid
 ) -> Iterator[Scene]:
-    """Those of some entries (r, d, m) on a grid: ellipses with ab = 1, creepages in parts of f Fz /
-    (G ab).
+    """Scenes of the chosen entries (r, d, m) on a grid: ellipses with ab = 1, creepages in units of
+    f Fz / (G ab).
     """
     for ratio, some in zip(ratios.tolist(), chosen, strict=True):
         still = _still(bodies, ratio, grid)
@@ -262,7 +263,7 @@ def _still(bodies: Bodies, ratio: float, grid: Grid) -> Scene[Steady]:
 
 
 def extrapolated(coarse: np.ndarray, fine: np.ndarray, *grids: Grid) -> np.ndarray:
-    """From two grids, to elements without size."""
+    """Forces extrapolated from two grids to elements of size zero (Richardson, order `ORDER`)."""
     return fine + (fine - coarse) / ((grids[1].nx / grids[0].nx) ** ORDER - 1)
 
 
@@ -379,7 +380,7 @@ def splines_through(
 
 
 def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """S of one ratio at the knots (t, knot, 3), from what is left there of the entries."""
+    """S of one ratio at the knots (t, knot, 3), from the remainders `left` of the entries there."""
     from scipy.interpolate import BarycentricInterpolator
 
     coefficients = no_slip_coefficients(float(ratio), nu)
@@ -412,7 +413,9 @@ def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> n
 
 
 def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarray:
-    """Matern's of order 5/2, of directions on the sphere, with the symmetries of a component."""
+    """Matern's correlation of order 5/2 between directions on the sphere, with the symmetries of a
+    component.
+    """
     found = np.zeros((len(one), len(other)))
     for along, across in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
         sign = 1.0
@@ -427,8 +430,8 @@ def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarr
 
 
 def _around(values: np.ndarray) -> np.ndarray:
-    """Coefficients of cubic B-splines in both angles, through values (..., polar, angle, 3) that go
-    on by symmetry.
+    """Coefficients of cubic B-splines in both angles, through values (..., polar, angle, 3) that
+    are continued by symmetry.
     """
     from scipy.ndimage import spline_filter1d
 

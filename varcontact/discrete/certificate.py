@@ -38,24 +38,25 @@ from varcontact.scene.motion import TimeStep
 from varcontact.system.process import on_demand, one_blas_thread
 
 LEVELS = ("full", "gap", "none")
-"""Levels of a certificate: everything; without bounds on the forces; the residuals alone."""
+"""Levels of a certificate: "full" with all measures, "gap" without bounds on the forces, "none"
+with residuals alone."""
 
 FULL_LIMIT = 10_000
-"""Elements with friction up to which "auto" is "full"; beyond it is "gap"."""
+"""Elements with friction up to which "auto" means "full", and above which it means "gap"."""
 EPS = float(np.finfo(float).eps)
 
 FFT_ROUNDING = 10.0
-"""Rounding of a product by FFT, relative, in units of the machine's per doubling of its length
-(three transforms)."""
+"""Relative rounding error of a product by FFT (three transforms), in machine epsilons per doubling
+of its length."""
 
 PUT_ON_BOUND_TOL = 1e-12
-"""Relative distance from the bound at which a traction is put on it."""
+"""Relative distance from the traction bound at which a traction is put on it."""
 
 
 @dataclass(frozen=True, eq=False)
 class ForceBounds:
-    """Bounds on the errors of Fx, Fy and Mz, and the part of them that is for the pressure's own
-    error, (3,) each.
+    """Bounds on the errors of Fx, Fy and Mz, and the part of these that comes from the pressure's
+    own error, (3,) each.
     """
 
     whole: np.ndarray
@@ -157,7 +158,7 @@ class Certificate:
         return self.bounds.pressure_part
 
     def plain(self) -> dict[str, float | str | list[float]]:
-        """Numbers, the level, and the bounds as two lists of three, by name: what a file keeps."""
+        """Record for files: numbers, the level, and the bounds as two lists of three, by name."""
         bounds = {
             "force_bound": self.force_bound.tolist(),
             "pressure_part": self.pressure_part.tolist(),
@@ -201,7 +202,7 @@ def certificate_of(
         relative_gap = normal_relative
     # tangential problem, under the final pressure
     if tangential is None:
-        tangential_error = float(np.any(state.traction))  # no friction can carry it: all is error
+        tangential_error = float(np.any(state.traction))  # no friction can carry it: error in full
     else:
         found = _Judged.of(tangential, response)
         tangential_error = found.residual
@@ -260,7 +261,7 @@ class _Judged:
 
     @property
     def residual(self) -> float:
-        """Their residual; tractions outside are all error."""
+        """Residual of the tractions; tractions outside the contact count as errors in full."""
         if self.problem.size == 0:
             return self.outside
         inside = tangential_residual(self.problem, self.traction, self.rigid, self.shift)
@@ -276,7 +277,7 @@ class _Judged:
 
 
 def _default_level(disc: Discretisation, tangential: TangentialProblem | None) -> str:
-    """The level of "auto": steps of a history have no bounds on their forces, nor have very many
+    """Level that "auto" means: no bounds on forces for steps of a history and for very many
     elements.
     """
     if isinstance(disc.loading.motion, TimeStep):
@@ -294,12 +295,12 @@ def _force_bounds(disc: Discretisation, state: ContactState, closed_form: bool) 
     if not disc.frictionless:
         tangential = disc.tangential_problem(state.pressure, acting=state.traction)
         elements = tangential.operator.elements
-    # tractions where no friction can carry them: all error
+    # tractions where no friction can carry them count as error in full
     px, py = np.delete(state.traction.reshape(2, -1), elements, axis=1)
     x, y = np.delete(disc.points.reshape(2, -1), elements, axis=1)
     totals = [px.sum(), py.sum(), (x * py - y * px).sum()]
     whole = disc.lattice.area * np.abs(totals)
-    # tractions where it can
+    # tractions where friction can carry them
     for_pressure = np.zeros(3)
     if tangential is not None and tangential.size > 0:
         with_friction, for_pressure = _tangential_bounds(disc, tangential, state, closed_form)
@@ -310,7 +311,7 @@ def _force_bounds(disc: Discretisation, state: ContactState, closed_form: bool) 
 def _tangential_bounds(
     disc: Discretisation, tangential: TangentialProblem, state: ContactState, closed_form: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds on the errors of Fx, Fy, Mz where friction can act, and their part for the pressure,
+    """Bounds on the errors of Fx, Fy and Mz where friction acts, and their part from the pressure,
     (3,) each.
     """
     undetermined = np.full(3, np.nan)
@@ -372,7 +373,7 @@ def outputs_of(problem: TangentialProblem) -> np.ndarray:
 
 
 def _infinite(problem: TangentialProblem) -> np.ndarray:
-    """Infinite bounds (3,), but for outputs to which no traction contributes."""
+    """Bounds (3,) that are infinite, except zero for outputs to which no traction contributes."""
     return np.where(outputs_of(problem).any(axis=(1, 2)), np.inf, 0.0)
 
 

@@ -1,5 +1,5 @@
-"""The potential contact: the grid that a scene asks for, closer around its contact or larger where
-that goes on; scales of the problem on it.
+"""Potential contact: the grid that a scene asks for, refined around its contact or enlarged where
+the contact is larger; and the scales of the problem on it.
 """
 
 from __future__ import annotations
@@ -26,26 +26,27 @@ from varcontact.scene.units import Scales
 from varcontact.system.process import SMALLER, need
 
 Box = tuple[float, float, float, float]
-"""Left, right, bottom, top, in the unit of the grid."""
+"""Left, right, bottom and top, in the unit of the grid."""
 
 HISTORY_MARGIN = 0.1
-"""Room on each side, relative to the contact's width, for its movement by tractions of unlike
-bodies during a history."""
+"""Margin on each side, divided by the contact width, for the movement of the contact by tractions
+of unlike bodies during a history."""
 
 EXPONENT_MAX = 280
-"""Powers of ten that forces and their work may have: floating point ends at 308."""
+"""Largest power of ten of forces and their work: floating point ends at 308."""
 
 PIN_ROOM = 1.02
-"""Room for the contact of a pin, relative to its width: of unlike bodies it is another."""
+"""Width of a pin's first grid divided by the contact width of like bodies; unlike bodies have
+another width."""
 
 
 @dataclass(frozen=True, eq=False)
 class PotentialContact:
     """The grid of a scene, decided before anything is solved.
 
-    `form`: the number of elements across the contact, with the margin that it needs to move in; or
-    the explicit grid of the scene. `placed`: where that lies, None where the contact has to be
-    looked for.
+    `form`: the number of elements across the contact and the margin in which it can move, or the
+    explicit grid of the scene. `placed`: that grid at its place, None if the contact must be
+    searched for.
     """
 
     form: Grid
@@ -70,8 +71,8 @@ class PotentialContact:
 
     @property
     def known(self) -> Grid:
-        """The grid as far as it is known without a solution; `TooLarge` for one that does not fit
-        into memory.
+        """Grid as far as it is known before the solution; `TooLarge` for one that does not fit into
+        memory.
         """
         self.check_size()
         if self.placed is None:
@@ -179,7 +180,7 @@ def _with_room_to_move(scene: Scene) -> Grid:
     if hertz is not None and motion.height_range > 0:
         wider = math.sqrt(1 + motion.height_range / (hertz.a**2 / hertz.Rx)) - 1
         margin += math.ceil(wider * elements / 2)
-    # so do tractions of unlike bodies
+    # tractions of unlike bodies move the contact, too
     if scene.coupled and not scene.frictionless:
         margin += math.ceil(HISTORY_MARGIN * elements)
     return replace(form, margin=margin)
@@ -198,7 +199,9 @@ def holds(grid: Grid, overlap: Box) -> bool:
 
 
 def beyond(surface: Surface, grid: Grid, overlap: Box) -> SceneError:
-    """The error where a contact goes on outside an explicit grid, or falls between the elements."""
+    """Error for a contact that continues outside an explicit grid, or falls between the
+    elements.
+    """
     if holds(grid, overlap):
         place = _place((overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2, grid.line)
         message = (
@@ -212,8 +215,8 @@ def beyond(surface: Surface, grid: Grid, overlap: Box) -> SceneError:
 
 
 def if_noise(surface: Surface, grid: Grid) -> str:
-    """Advice against noise, where samples have a summit between the elements, or no grid holds
-    their contact.
+    """Advice against noise, for samples with a summit between the elements or a contact that no
+    grid holds.
     """
     if not isinstance(surface, SampledDistance) or surface.x is None:
         return ""
@@ -295,8 +298,8 @@ def contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
 
 
 def no_element_in_contact(surface: Surface, approach: float | None, grid: Grid) -> SceneError:
-    """The error where no element of a grid is in contact: the bodies are apart, the contact is
-    elsewhere, or falls between.
+    """Error for a grid without elements in contact: the bodies are apart, or the contact is
+    elsewhere or between elements.
     """
     left, right, bottom, top = grid.box
     # place of the least distance
@@ -441,7 +444,7 @@ def check_range(scales: Scales) -> None:
 
 
 def _power_of_ten(size: float) -> float:
-    """The logarithm of a size; minus infinity where it is none."""
+    """Decimal logarithm of a size; minus infinity for zero."""
     if not size > 0:
         return -math.inf
     return math.log10(size)

@@ -1,4 +1,4 @@
-"""From a scene and an explicit grid to dimensionless problems.
+"""Discretisation: dimensionless problems from a scene and an explicit grid.
 
 Lengths are scaled by the size of the potential contact, tractions by a typical
 pressure, displacements by ``pressure * length / G``: the influence numbers then
@@ -52,20 +52,19 @@ from varcontact.system.process import changed, lazy_property
 from varcontact.transports import SteadyRolling, Step, Transport
 
 STEP_MIN = 1e-6
-"""Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
+"""Least step of steady rolling [elements]: below it, A - C has fewer than ten correct digits."""
 
 STEP_MAX = 1e9
-"""Greatest step in elements: by then particles have long left the influence of the contact."""
+"""Greatest step [elements]: particles have then long left the influence of the contact."""
 
 
 SHIFT_MAX = 1e100
-"""Greatest dimensionless rigid shift: squares of products with it stay in the
-range."""
+"""Greatest dimensionless rigid shift: squares of its products stay in the floating-point range."""
 
 
 @dataclass(frozen=True, eq=False)
 class Subgrid:
-    """The same contact on equal parts of the elements, on which its pressure was solved for.
+    """Contact on elements divided into equal parts, and the pressure that was solved on these.
 
     The elements carry the means of their parts' pressures (ny rows, nx columns), which are
     dimensionless.
@@ -104,8 +103,8 @@ class Discretisation:
 
     @property
     def mirrors(self) -> bool:
-        """True where influence numbers are even or odd in x: of elastic bodies that meet on a
-        surface that is straight along x.
+        """True where influence numbers are even or odd in x: elastic bodies on a surface that is
+        straight along x.
         """
         return self.operators.medium.even and not is_curved_along_x(self.surface)
 
@@ -205,13 +204,13 @@ class Discretisation:
         """Surroundings of the interfaces: transport, fields carried by particles, implicit fields
         of this pass.
         """
-        # made anew: kept, it would refer back to this, and matrices would stay in memory
+        # created on each call: if kept, it would refer back to this object and keep its matrices
         loading = self.loading
         return Surroundings(self.transport, loading.arrived, loading.implicit, self.passed)
 
     @lazy_property
     def interface(self) -> Interface:
-        """What lies between the bodies."""
+        """Interface between the bodies, made from the present friction and motion."""
         given = self.loading
         between = BetweenBodies(given.scene, given.friction, given.motion, self.grid, self.scales)
         return interface_of(between)
@@ -223,7 +222,9 @@ class Discretisation:
 
     @property
     def coefficient(self) -> float | np.ndarray | None:
-        """The ratio of the traction bound to the pressure in this pass; None: there is none."""
+        """Ratio of the traction bound to the pressure in this pass; None if the interface has
+        none.
+        """
         return self.interface.coefficient(self.surroundings)
 
     @property
@@ -236,7 +237,9 @@ class Discretisation:
         return self.interface.implicit(self.transport)
 
     def sought(self, *, by_slip: bool) -> tuple[Quantity, ...]:
-        """Those implicit fields that follow from slip, or from tractions alone."""
+        """Implicit fields to be solved for: those that follow from slip, or from tractions
+        alone.
+        """
         those = self.interface.those(by_slip=by_slip)
         if those is None or self.frictionless:
             return ()
@@ -271,7 +274,7 @@ class Discretisation:
         return self.interface.potential(pressure, self.surroundings)
 
     def under(self, fields: Fields) -> Discretisation:
-        """The same contact under implicit fields."""
+        """Copy with these implicit fields added to the loading."""
         return self.with_loading(implicit={**self.loading.implicit, **fields})
 
     @lazy_property
@@ -284,7 +287,7 @@ class Discretisation:
         with np.errstate(over="ignore", invalid="ignore"):
             shift = motion.step((self.step or 0.0) * scales.length).shift(x, y, scales.length)
             shift = (shift + self.slip_of_elements) / scales.displacement
-        if not np.abs(shift).max() <= SHIFT_MAX:  # also of NaN
+        if not np.abs(shift).max() <= SHIFT_MAX:  # also for NaN
             raise _shift_too_large(motion)
         return shift
 
@@ -349,20 +352,20 @@ class Discretisation:
         return distance + beside.distance(grid)
 
     def without_matrices(self) -> Discretisation:
-        """The same without matrices that solvers assembled: to be kept after a solve."""
+        """Copy without the matrices that solvers assembled, to be kept after a solve."""
         subgrid = self.subgrid
         if subgrid is not None:
             subgrid = changed(subgrid, disc=subgrid.disc.without_matrices())
         return changed(self, operators=self.operators.without_matrices(), subgrid=subgrid)
 
     def with_loading(self, **changes: Any) -> Discretisation:
-        """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient`
-        and so on.
+        """Copy with changes of the loading, such as `motion` or `coefficient`; bodies and grid
+        stay.
         """
         return changed(self, loading=changed(self.loading, **changes))
 
     def with_motion(self, motion: Motion | None) -> Discretisation:
-        """The same contact under a motion, with the rigid slip of its samples in the elements."""
+        """Copy under another motion; a rigid slip given at samples is evaluated in the elements."""
         if isinstance(motion, Steady) and motion.rigid_slip is not None:
             assert isinstance(self.surface, SampledDistance)
             slip = self.surface.sampled(motion.rigid_slip, self.grid)
@@ -372,13 +375,11 @@ class Discretisation:
         return self.with_loading(motion=motion)
 
     def at_approach(self, approach: float) -> Discretisation:
-        """The same contact with its approach prescribed, which is dimensionless."""
+        """Copy with the approach prescribed [dimensionless]."""
         return self.held_at(approach * self.scales.displacement + self.base)
 
     def held_at(self, approach: float) -> Discretisation:
-        """The same contact with its approach prescribed [length]; a pin moves along z by so
-        much.
-        """
+        """Copy with the approach prescribed [length]; a pin is lowered along z by it."""
         held = self.with_loading(normal_force=None, approach=approach)
         if not isinstance(self.surface, PinInHole):
             return held
@@ -387,8 +388,8 @@ class Discretisation:
 
     @lazy_property
     def in_normal_force(self) -> np.ndarray | None:
-        """Parts of tractions along x and y, and of pressures, along the normal of the plane, (3,
-        ny, nx); None where pressures alone act along it.
+        """Components of tractions along x and y, and of pressures, along the normal of the plane,
+        (3, ny, nx); None where pressures alone have one.
         """
         frames = frames_of(self.surface, self.grid)
         if frames is None:
@@ -405,7 +406,7 @@ class Discretisation:
         return force * self.scales.force / self.loading.normal_force - 1
 
     def at_step(self, scene: Scene) -> Discretisation:
-        """The same bodies in the scene of a step, on the same grid and in the same scales."""
+        """Copy for the scene of a time step, with the same bodies, grid and scales."""
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
         beside = self.loading.beside
@@ -500,7 +501,7 @@ class Discretisation:
 
     @property
     def tangential_forces(self) -> list[float | None]:
-        """Prescribed Fx and Fy, dimensionless; None where there is none."""
+        """Prescribed Fx and Fy, dimensionless; None for a force that is not prescribed."""
         motion = self.loading.motion
         assert motion is not None
         return [None if F is None else F / self.scales.force for F in (motion.Fx, motion.Fy)]
@@ -518,7 +519,7 @@ class Discretisation:
             for i in (0, 1)
             if forces[i] is not None or shift[i].any() or (acting is not None and acting[i].any())
         ]
-        # where nothing moves, one direction is enough to say so
+        # where nothing moves, one direction is enough
         return tuple(moving) or (0,)
 
 

@@ -1,4 +1,4 @@
-"""Elements at the edge of the contact that it covers in part, and that give way more."""
+"""Edge compliance: softer elements at the contact edge, which the contact covers in part."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ the other edges tractions do not rise in that direction, and less is enough.
 """
 
 COVERED_MIN = 0.3
-"""Part covered below which edge compliance does not grow: such elements carry hardly anything."""
+"""Covered part of an element below which edge compliance stays constant: such elements carry hardly
+any load."""
 
 
 def edge_compliance(covered: np.ndarray) -> np.ndarray:
@@ -22,8 +23,8 @@ def edge_compliance(covered: np.ndarray) -> np.ndarray:
 
     Where particles enter the contact, tractions rise like the square root of the distance from the
     edge. The mean over an element that is covered by the part w then falls like ``w^(3/2)``. But
-    its slip is taken at the centre, as if the traction were all over the element, and for the same
-    slip a mean traction that hardly depends on w is found. On an element that gives way by
-    ``w^(-3/2)`` times as much it falls as it should.
+    its slip is taken at the centre, as if the traction were on all of the element, and for the same
+    slip the mean traction hardly depends on w. On an element whose compliance is larger by the
+    factor ``w^(-3/2)`` it falls as it should.
     """
     return np.asarray(COMPLIANCE_FACTOR * (np.clip(covered, COVERED_MIN, 1.0) ** -1.5 - 1))

@@ -1,6 +1,4 @@
-"""The influence numbers of a lattice: one object owns all tables, and builds each when it is first
-asked for.
-"""
+"""Influence numbers of a lattice: one object owns all tables, and builds each on first use."""
 
 from __future__ import annotations
 
@@ -15,7 +13,7 @@ from varcontact.system.process import lazy_property
 from varcontact.transports import HERE, Stencil
 
 STENCILS_MAX = 4
-"""Operators kept in memory of each kind that has a distance: of steps in time, and of steps of
+"""Operators of each kind with a distance that are kept in memory: steps in time, and steps of
 steady rolling."""
 
 MEDIA_MAX = 12
@@ -65,7 +63,7 @@ class Operators:
 
     def carrying(self, distance: float) -> GridOperator:
         """C: displacements of the particles that come from further along x, by all tractions that
-        count.
+        contribute.
         """
         columns = "xy"
         if self.medium.K != 0:
@@ -74,16 +72,16 @@ class Operators:
 
     @property
     def every(self) -> GridOperator:
-        """All displacements by all tractions."""
+        """Displacements along all axes by tractions along all axes."""
         return self._table("xyz", "xyz")
 
     def without_matrices(self) -> Operators:
-        """The same tables, without what was assembled of them: to be kept after a solve."""
+        """Copy of the tables without the matrices assembled from them, to be kept after a solve."""
         tables = {key: replace(each) for key, each in self._tables.items()}
         return Operators(self.lattice, self.medium, tables)
 
     def of(self, medium: Medium, lattice: Grid | None = None) -> Operators:
-        """Operators of another medium, a part of this one, on this lattice; or on another one."""
+        """Operators of another medium (a part of this one) on this lattice, or on another one."""
         key = lattice or self.lattice, medium
         if key == (self.lattice, self.medium):
             return self
@@ -95,12 +93,14 @@ class Operators:
 
     @property
     def at_once(self) -> Operators:
-        """Operators of viscoelastic bodies as they are at once; of elastic ones these."""
+        """Operators of the instantaneous response of viscoelastic bodies; for elastic bodies
+        unchanged.
+        """
         return self.of(self.medium.at_once)
 
     def at_end(self, time: float | None) -> Operators:
-        """Operators of viscoelastic bodies at the end of a step that takes a time; of elastic
-        ones these.
+        """Operators of viscoelastic bodies at the end of a step that lasts some time; for elastic
+        bodies unchanged.
         """
         if time is None:
             return self
@@ -117,8 +117,8 @@ class Operators:
         return self._tables[key]
 
     def _drop_oldest(self, points: int) -> None:
-        """Make room for one more operator with a distance: of a step in time, whose stencil has one
-        point, or of steady rolling.
+        """Drop the oldest operator with a distance, to make room: of a step in time (its stencil
+        has one point) or of steady rolling.
         """
         kind = [
             key for key in self._tables if key[2] != HERE and (len(key[2]) == 1) == (points == 1)

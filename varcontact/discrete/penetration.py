@@ -1,4 +1,6 @@
-"""Overlap of the bodies outside the potential contact, which then does not hold the contact."""
+"""Overlap of the bodies outside the potential contact: where there is any, the grid does not hold
+the contact.
+"""
 
 from __future__ import annotations
 
@@ -15,16 +17,16 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
 INTERPOLATION_ERROR = 0.03
-"""Least overlap of samples that counts, relative to the approach divided by the elements across:
-the error of displacements that are linear between the elements' centres is less."""
+"""Least overlap of samples that counts, divided by the approach per element across; displacements
+interpolated linearly between element centres have a smaller error."""
 
 
 def outside(disc: Discretisation, state: ContactState, closed_form: bool = False) -> Box | None:
     """The box of the places outside the potential contact where the bodies would overlap, or None.
 
-    Looked for on the lattice one element further, where the contact reaches the potential contact's
-    edge; and at all samples that lie outside, where a sampled distance has its own coordinates.
-    Where the pressure was solved for on parts of the elements, the next parts are looked at.
+    The search covers the lattice one element further, where the contact reaches the edge of the
+    potential contact; and all samples outside, where a sampled distance has its own coordinates.
+    Where the pressure was solved on parts of the elements, the next parts are examined.
     """
     if disc.subgrid is None:
         box = _beyond(disc, state, closed_form)

@@ -24,15 +24,15 @@ DENSE_LIMIT = 400
 so at 1000."""
 
 MISSED = 1e-10
-"""The chance, over the random start, that conjugate gradients take an S for positive definite that
-is not."""
+"""Probability, over the random start, that conjugate gradients take an indefinite S for positive
+definite."""
 
 MISSED_SHARE = 1e-2
-"""Part of that chance by which the residual falls short of it, so that there is room for a least
-eigenvalue."""
+"""Factor on this probability in the residual at which conjugate gradients stop: it leaves room for
+a lower bound on the least eigenvalue."""
 
 SLACK = 1e-3
-"""Relative error of an energy at which conjugate gradients end; it is added."""
+"""Relative error of an energy at which conjugate gradients stop; the bound includes it."""
 
 MAX_ITERATIONS = 1000
 SEED = 0
@@ -42,8 +42,8 @@ EPS = float(np.finfo(float).eps)
 def positive_definite(
     operator: RestrictedOperator, dense_limit: int | None = None
 ) -> PositiveDefinite | None:
-    """The symmetric part ``S = (M + M')/2`` of an operator, or None where it is not found to be
-    positive definite.
+    """Symmetric part ``S = (M + M')/2`` of an operator, or None if it could not be proved positive
+    definite.
     """
     if dense_limit is None:
         dense_limit = DENSE_LIMIT
@@ -63,14 +63,16 @@ def norm(operator: GridOperator) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Factored:
-    """S = L L' with the inverse of its factor, and the sum of its eigenvalues."""
+    """S = L L' by the inverse of its Cholesky factor, and the sum of its eigenvalues."""
 
     inverse: np.ndarray
     trace: float
 
     @lazy_property
     def least(self) -> float:
-        """From ``|S^-1| <= |L^-1|_1 |L^-1|_inf``, which is 2 to 4 times too large on contacts."""
+        """Lower bound on the smallest eigenvalue of S, by ``|S^-1| <= |L^-1|_1 |L^-1|_inf``: on
+        contacts 2 to 4 times too small.
+        """
         sizes = np.abs(self.inverse)
         return float(1 / (sizes.sum(axis=0).max() * sizes.sum(axis=1).max()))
 
@@ -83,7 +85,9 @@ class _Factored:
         return 2 * size * EPS * self.trace / self.least
 
     def energies(self, right: np.ndarray) -> np.ndarray:
-        """Energies ``b'S^-1 b`` of several b (k, c, n), with what rounding can take from them."""
+        """Energies ``b'S^-1 b`` of several b (k, c, n), increased by the possible rounding
+        error.
+        """
         halves = self.inverse @ right.reshape(len(right), -1).T
         return np.asarray(np.sum(halves**2, axis=0) * (1 + self.rounding))
 

@@ -1,5 +1,5 @@
-"""The two problems that solvers meet, what they return, and half of a symmetric one; all is
-dimensionless.
+"""Normal and tangential problem that solvers meet, their solutions, and one half of a symmetric
+problem; all dimensionless.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class NormalProblem:
     # exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d
     force: float | None
     approach: float | None
-    symmetric: bool = True  # whether A is: not of viscoelastic bodies
+    symmetric: bool = True  # whether A is symmetric: not for viscoelastic bodies
 
     def shift(self, pressure: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         """Deformed distance e = h + A p - d under pressures (n,), with the approach d (1,)."""
@@ -82,7 +82,7 @@ class TangentialProblem:
     # M: the influence numbers A of a shift, or A - C of steady rolling (230)-(231)
     operator: RestrictedOperator
     rigid_shift: np.ndarray  # (c, n) W, with the shift by pressures where the bodies differ
-    # phi: the traction bound g (n,), positive, and what flows; ``inf`` all over: no slip
+    # phi: the traction bound g (n,), positive, and the flow; ``inf`` everywhere: no slip
     potential: Potential
     points: np.ndarray  # (2, n) x and y of the elements
     area: float  # of an element
@@ -116,7 +116,7 @@ class TangentialProblem:
         return bool(np.isinf(self.bound).all())
 
     def under(self, traction: np.ndarray) -> TangentialProblem:
-        """The problem with the potential that tractions (c, n) leave, where it follows from
+        """Problem with the potential that follows from tractions (c, n), where it depends on
         them.
         """
         flow = self.potential.flow
@@ -248,7 +248,7 @@ class Mirror:
         )
 
     def unfold(self, raw: RawSolution) -> RawSolution:
-        """Tractions on both sides, from those on one."""
+        """Tractions on both sides, from those on one side."""
         traction = np.empty((2, 2 * self.half.size))
         traction[:, self.half] = raw.traction
         traction[:, self.images] = raw.traction * np.array(self.signs)[:, None]
@@ -306,14 +306,14 @@ def mirror_of(problem: TangentialProblem) -> Mirror | None:
 
 
 def _may_be_odd(values: np.ndarray) -> bool:
-    """A component of some values (c, n) may be odd: its sum is rounding."""
+    """True if a component of values (c, n) may be odd: its sum is only rounding."""
     sums = np.abs(values.sum(axis=1))
     rounding = ROUNDING * values.shape[1] * np.abs(values).max()
     return bool(sums.min() <= rounding)
 
 
 def _is_even(values: np.ndarray, images: np.ndarray) -> bool:
-    """Values (n,) equal those at the mirror images, but for rounding; infinite ones are not
+    """True if values (n,) equal those at the mirror images up to rounding; infinite ones are not
     compared.
     """
     largest = np.max(values, initial=0.0)

@@ -20,7 +20,7 @@ from varcontact.interfaces.potential import magnitude
 from varcontact.system.process import changed, one_blas_thread
 
 SMALL_TRACTION = 1e-6
-"""Part of the traction bound below which the errors of tractions by wrong pressures are measured
+"""Part of the traction bound below which errors of tractions due to wrong pressures are measured
 relative to the bound."""
 
 
@@ -48,8 +48,8 @@ def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, 
 def residual_on_grid(
     problem: TangentialProblem, state: ContactState, shift: np.ndarray | None = None
 ) -> float:
-    """Residual of the tangential problem, in which tractions where no friction can carry them are
-    all error; with its E (c, n) where that is known.
+    """Residual of the tangential problem; tractions where no friction can carry them are errors in
+    full. The E (c, n) of the problem may be given.
     """
     error = outside_friction(problem, state)
     if problem.size:
@@ -113,14 +113,14 @@ def coupling_residual(
 
 
 def relative(value: float, scale: float) -> float:
-    """A value divided by a scale; zero where there is no scale."""
+    """Value divided by a scale; zero if the scale is zero."""
     if scale == 0:
         return 0.0
     return float(value / scale)  # NaN stays NaN
 
 
 def worst(*values: float) -> float:
-    """The largest, and NaN where one is: so that NaN never passes for a small residual."""
+    """Largest value, NaN if any is NaN: a NaN must not pass for a small residual."""
     if any(map(math.isnan, values)):
         return math.nan
     return float(max(values))
@@ -185,7 +185,7 @@ def tangential_residual(
     if shift is None:
         shift = problem.shift(traction, rigid)
     problem = problem.under(traction)
-    # an iterate that diverges ends at NaN, which is no residual
+    # a diverging iterate ends at NaN, which has no residual
     with np.errstate(over="ignore", invalid="ignore"):
         own = problem.operator.diagonal
         image = problem.potential.projected(traction - shift / own, own)

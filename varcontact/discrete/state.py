@@ -24,10 +24,11 @@ from varcontact.scene.surfaces import Cylinders
 from varcontact.system.process import changed
 
 SQUARE: Cells = (3, 3)
-"""Parts of an element along y and x: 2 by 2 and 4 by 4 are as good (docs/sampling.md), and odd
-numbers have a part in the middle."""
+"""Parts of an element along y and x: 2 by 2 and 4 by 4 are as accurate (docs/sampling.md), and an
+odd number has a part in the middle."""
 STRIPS: Cells = (1, 7)
-"""The same in line contact. With fewer errors jump more, with more they are hardly smaller."""
+"""Parts of a strip along y and x in line contact. With fewer parts errors jump more from grid to
+grid, with more they hardly fall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +46,11 @@ class ContactState:
     solved: dict[str, bool] = field(default_factory=dict)
     solved_by: dict[str, str] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
-    # of each pass of a coupling loop: its change, and the residual of the whole after it
+    # for each pass of a coupling loop: its change, and the overall residual after it
     passes: tuple[tuple[float, float], ...] = ()
-    pass_count: int = 0  # of all loops so far, those within others too
+    pass_count: int = 0  # of all loops so far, including nested ones
     bound_pressure: np.ndarray | None = None
-    # (ny, nx) The slip area where a theory tells it; otherwise the natural map does
+    # (ny, nx) Slip area, if a theory gives it; otherwise it follows from the natural map
     slips: np.ndarray | None = None
     # implicit fields of the interfaces in the next pass, (ny, nx), and where the search for them
     # began
@@ -57,7 +58,7 @@ class ContactState:
     branch: str = ""
 
     def under(self, fields: Mapping[str, np.ndarray]) -> ContactState:
-        """The same with implicit fields."""
+        """Copy with these implicit fields added."""
         return changed(self, fields={**self.fields, **fields})
 
 
@@ -66,9 +67,7 @@ def unloaded(grid: Grid) -> ContactState:
 
 
 def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
-    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his
-    force.
-    """
+    """State with Hertz's pressure on the elements, scaled to carry exactly Hertz's force."""
     assert disc.hertz is not None
     pressure = disc.hertz.on_elements(disc.grid)
     if not pressure.any():
@@ -110,7 +109,7 @@ def means(values: np.ndarray, cells: Cells) -> np.ndarray:
 
 
 def divided(disc: Discretisation, cells: Cells) -> Discretisation:
-    """The same contact on parts of the elements, in the same scales, for its normal problem.
+    """Discretisation for the normal problem on parts of the elements, in the same scales.
 
     The elements have their centres within the samples, where there are samples: parts may lie
     beyond.
@@ -122,8 +121,8 @@ def divided(disc: Discretisation, cells: Cells) -> Discretisation:
 
 
 def with_subgrid(disc: Discretisation, pressure: np.ndarray | None) -> Discretisation:
-    """The same with the physical pressure on parts of the elements that a solution has; without one
-    as it is.
+    """Copy with the physical pressure [force/area] of a solution on parts of the elements;
+    unchanged if `pressure` is None.
     """
     if pressure is None:
         return disc

@@ -1,4 +1,4 @@
-"""Stick, plastic flow and slip of a contact state, and the work that friction takes."""
+"""Stick, plastic flow and slip of a contact state, and the work of friction."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SLIPS_TOL = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class ContactResponse:
-    """The response of a contact state, as interfaces are told of it."""
+    """Response of a contact state, as interfaces read it."""
 
     disc: Discretisation
     state: ContactState
@@ -42,19 +42,21 @@ class ContactResponse:
 
     @property
     def acting(self) -> np.ndarray:
-        """Tractions, and where the bodies differ pressures: all that shifts the surfaces."""
+        """Tractions, and for unlike bodies pressures: everything that shifts the surfaces."""
         if self.disc.K == 0:
             return self.traction
         return np.concatenate([self.traction, self.pressure[None]])
 
     @lazy_property
     def under_implied_fields(self) -> Discretisation:
-        """The contact under the fields that its tractions imply, by which it is judged."""
+        """Discretisation with the fields that the tractions imply, by which the contact is
+        judged.
+        """
         return with_implied_fields(self.disc, self.state)
 
     @lazy_property
     def distance(self) -> np.ndarray:
-        """Distance by the pressures, (ny, nx), dimensionless."""
+        """Change of the distance by the pressures, A_zz p, (ny, nx), dimensionless."""
         return np.asarray(self.disc.operators.normal.apply(self.pressure[None])[0])
 
     @lazy_property
@@ -125,7 +127,7 @@ class ContactResponse:
         return own_influence(self.disc)
 
     def work(self) -> np.ndarray:
-        """Work lost by friction in the step, by area."""
+        """Work of friction in the step, per area."""
         return _friction_work(self)
 
     def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
@@ -133,11 +135,11 @@ class ContactResponse:
         return self.disc.tangential_operator.apply(traction)
 
     def without_matrices(self) -> ContactResponse:
-        """The same without matrices that solvers assembled: to be kept after a solve."""
+        """Copy without the matrices that solvers assembled, to be kept after a solve."""
         return changed(self, disc=self.disc.without_matrices())
 
     def under(self, fields: Fields) -> ContactResponse:
-        """The same contact, judged under other implicit fields."""
+        """Response of the same contact state with these implicit fields added."""
         return ContactResponse(self.disc.under(fields), self.state)
 
 
@@ -177,13 +179,13 @@ def _areas(response: ContactResponse) -> np.ndarray:
 def with_implied_fields(
     disc: Discretisation, state: ContactState, *, by_slip: bool = False
 ) -> Discretisation:
-    """The same under the fields that go with a state, from any source: those that its tractions
-    imply, or those that follow from its slip.
+    """Discretisation with the implicit fields of a state from any solver: those that its tractions
+    imply, or with `by_slip` those that follow from its slip.
     """
     those = disc.interface.those(by_slip=by_slip)
     if those is None or disc.frictionless:
         return disc
-    if by_slip:  # whatever slip area the source tells
+    if by_slip:  # whatever slip area the state has
         state = replace(state, slips=None)
     fields = those.implied(ContactResponse(disc, state), disc.surroundings)
     if not fields:
@@ -284,7 +286,7 @@ def _elastic_shift_at_start(disc: Discretisation, fields: np.ndarray, rolled: fl
 
 
 def _mirrored(fields: np.ndarray) -> np.ndarray:
-    """Fields mirrored in a plane across x: between them bodies roll the other way, whatever varies
+    """Fields mirrored in a plane across x: the mirrored bodies roll the other way, whatever varies
     along y.
     """
     mirrored = fields[..., ::-1].copy()
@@ -293,8 +295,8 @@ def _mirrored(fields: np.ndarray) -> np.ndarray:
 
 
 def own_influence(disc: Discretisation) -> float:
-    """Mean of an element's influence on itself along x and y; any, where there is no traction to
-    compare with.
+    """Mean of an element's influence on itself along x and y; an arbitrary one where there is no
+    traction to compare with.
     """
     if disc.frictionless:
         return 1.0

@@ -15,10 +15,10 @@ from varcontact import checks
 from varcontact.errors import SceneError
 
 FLIP = np.diag([1.0, 1.0, -1.0])
-"""The mirror image of the lower body is the upper one."""
+"""Reflection in the plane z = 0, which turns a lower body into an upper one."""
 ANGLES = 256
-"""Angles of the means in the plane of wave vector and normal: 64 leave 1e-5 for graphite, these
-1e-15."""
+"""Angles of the means in the plane of wave vector and normal: for graphite the error is 1e-5 with
+64, 1e-15 with these."""
 PAIRS = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 """Place of each pair of axes in Voigt's order."""
 SYMMETRY = 1e-9

@@ -19,7 +19,7 @@ class Bedding:
 
     @property
     def K(self) -> float:
-        """Pressures shift nothing."""
+        """Zero: pressures cause no tangential displacements."""
         return 0.0
 
     @property

@@ -49,8 +49,8 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class LoadsBeside:
-    """Loads beside the contact, their parts in units of a length; displacements on a grid are found
-    once.
+    """Loads beside the contact, their parts in units of a length; displacements on a grid are
+    computed once.
     """
 
     parts: tuple[Part, ...]
@@ -58,11 +58,11 @@ class LoadsBeside:
     _on_grids: dict[Any, np.ndarray] = field(default_factory=dict, init=False, repr=False)
 
     def distance_at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Distance that they add at places x and y, which broadcast [length]."""
+        """Added distance at places x and y, which broadcast [length]."""
         return self._displacement("z", x, y)[0]
 
     def distance(self, grid: Grid) -> np.ndarray:
-        """Distance that they add at the centres of elements, (ny, nx) [length]."""
+        """Added distance at the centres of elements, (ny, nx) [length]."""
         if grid not in self._on_grids:
             self._on_grids[grid] = self.distance_at(grid.x[None, :], grid.y[:, None])
         return self._on_grids[grid]

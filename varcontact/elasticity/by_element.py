@@ -12,11 +12,11 @@ from varcontact.errors import SceneError
 from varcontact.scene.frames import half_turns
 
 ELEMENTS_MAX = 2500
-"""Elements of a surface that is curved along both axes: the matrix of all components then takes
-450 MB."""
+"""Largest number of elements on a surface curved along both axes: its matrix of all components
+takes 450 MB."""
 
 LOADED_AT_ONCE = 64
-"""Loaded elements for which numbers are turned in one go."""
+"""Loaded elements whose numbers are rotated at a time."""
 
 
 def turned_operator(

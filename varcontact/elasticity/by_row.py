@@ -1,4 +1,4 @@
-"""Influence numbers of bodies that are the same all along x, as rails are: between all rows of
+"""Influence numbers of bodies that are uniform along x, such as rails: between all rows of
 elements, by offset along x.
 """
 

@@ -40,7 +40,7 @@ STRAIGHT = 1e-10
 AXES = {"x": 0, "y": 1, "z": 2}
 
 STRAIGHT_AXIS = {"y": "x", "x": "y"}
-"""The other axis, by the one along which a surface is curved."""
+"""Other axis for each axis along which a surface is curved."""
 
 TURNED = np.array([[1, 1j], [-1j, 1]]) / 2
 """Rotations of x or y, and z, by an angle t are twice the real part of ``exp(i t)`` times this."""
@@ -79,7 +79,9 @@ class Conformal:
 
     @property
     def K(self) -> float:
-        """Size of the coupling: pressures turned by t act on tractions, also of like bodies."""
+        """Size of the coupling: pressures rotated by an angle t act as tractions, also for like
+        bodies.
+        """
         turns = [each.turn for each in (self.by_row, self.by_column) if each is not None]
         return abs(self.flat.K) + min(sum(turns), 1.0)
 
@@ -189,7 +191,7 @@ def conformal_operator(
 
 
 def _turned_components(names: str, curved: str) -> str:
-    """Components of the flat surface that turn into some on the curved one."""
+    """Components on the flat surface that contribute to some on the curved surface."""
     straight = STRAIGHT_AXIS[curved]
     if names == straight:
         return straight
@@ -285,7 +287,7 @@ class ConformalOperator(GridOperator):
 
     @lazy_property
     def _waves_used(self) -> list[int]:
-        """The harmonics that products need: cosine and sine of an angle together."""
+        """Harmonics that products need, cosine and sine of an angle together."""
         used = {wave for wave, *_ in self._transforms}
         for cosine in COSINES:
             if used & {cosine, cosine + 1}:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 ROWS_AT_ONCE = 64
-"""Rows of elements of a dense matrix that are assembled in one go."""
+"""Rows of elements of a dense matrix that are assembled at a time."""
 
 
 def matrix_of_table(
@@ -39,7 +39,7 @@ def matrix_of_table(
 
 
 def _without_gaps(places: np.ndarray) -> bool:
-    """True of elements one after the other in a row."""
+    """True for elements that follow each other in one row."""
     return places.size > 0 and bool((places[1:] - places[:-1] == 1).all())
 
 

@@ -11,9 +11,9 @@ from functools import lru_cache
 import numpy as np
 
 MATRIX_SIZE = 4096
-"""Size of a box up to which transforms are products with matrices."""
+"""Elements of a box up to which transforms are computed by matrix products."""
 MATRIX_LENGTH = 256
-"""Longest side of such a box."""
+"""Longest side of a box whose transforms are computed by matrix products."""
 
 
 def spectrum_of(fields: np.ndarray, box: tuple[int, int]) -> np.ndarray:
@@ -123,8 +123,8 @@ def repeated(
 def wrapped(
     numbers: np.ndarray, box: tuple[int, int], period: tuple[bool, bool] = (False, False)
 ) -> np.ndarray:
-    """Numbers by offset (..., 2 ny - 1, 2 nx - 1) on a periodic box, offset zero first; what meets
-    there is added, but along axes that the numbers repeat along.
+    """Numbers by offset (..., 2 ny - 1, 2 nx - 1) on a periodic box, offset zero first; coinciding
+    ones are added, except along axes in which the numbers are periodic.
     """
     periodic = np.zeros((*numbers.shape[:-2], *box), dtype=numbers.dtype)
     for rows, to_rows in _halves((numbers.shape[-2] + 1) // 2, box[0], period[0]):
@@ -134,8 +134,8 @@ def wrapped(
 
 
 def _halves(n: int, period: int, repeats: bool) -> list[tuple[slice, slice]]:
-    """Negative offsets and the others, from -(n - 1) to n - 1, with their places in a period; the
-    others alone where they repeat.
+    """Places of the negative and the other offsets, from -(n - 1) to n - 1, in a period; the latter
+    alone along periodic axes.
     """
     negative = slice(0, n - 1), slice(period - n + 1, None)
     others = slice(n - 1, None), slice(0, n)
@@ -145,8 +145,8 @@ def _halves(n: int, period: int, repeats: bool) -> list[tuple[slice, slice]]:
 
 
 def fft_box(ny: int, nx: int) -> tuple[int, int]:
-    """Lengths of the transforms on a grid: products wrap around below index n - 1, where they are
-    not read.
+    """Lengths of the transforms on a grid: products wrap around below index n - 1 only, where they
+    are not read.
     """
     from scipy.fft import next_fast_len
 
@@ -154,7 +154,7 @@ def fft_box(ny: int, nx: int) -> tuple[int, int]:
 
 
 def table_bytes(ny: int, nx: int, blocks: int) -> int:
-    """Memory in bytes for a table of influence numbers and its transform, by its pairs of
+    """Memory of a table of influence numbers and its transform [bytes], by its pairs of
     components.
     """
     rows, columns = fft_box(ny, nx)

@@ -22,28 +22,29 @@ from varcontact.scene.given_bodies import Numbers
 from varcontact.system.process import lazy_property
 
 DECADES = (-4.0, 4.0)
-"""Powers of ten of the wave numbers, by 1/scale, at which a symbol is sampled."""
+"""Powers of ten, in units of 1/scale, of the wave numbers at which a symbol is sampled."""
 SAMPLES_BY_DECADE = 40
 POLES = (-4.0, 3.0)
 """Powers of ten of the poles."""
 POLES_BY_DECADE = 16
-"""With 8, 12, 16 poles a decade layered bodies on a rigid base are fitted to 1e-5, 5e-8, 2e-9 of
-their largest compliance, others better."""
+"""Poles per decade. With 8, 12 and 16, layered bodies on a rigid base are fitted to 1e-5, 5e-8 and
+2e-9 of their largest compliance, others better."""
 FIT_ERROR = 1e-5
 """Largest error of a fit, relative to the largest compliance; beyond it a symbol is refused."""
 AT_REST = 1e-6
-"""k f towards 0, by that of short waves, that counts as none."""
+"""k f at the longest waves, relative to that of short waves, below which it counts as zero."""
 DIRECTIONS_MIN = 16
 DIRECTIONS_MAX = 512
 SMALL_HARMONIC = 1e-13
-"""Harmonics below this part of the largest compliance are left out."""
+"""Size of a harmonic, relative to the largest compliance, below which it is left out."""
 MIRRORED = 1e-12
 """Difference from the mirror image, relative to the largest compliance, that counts as rounding."""
 TOLERANCE = 1e-9
-"""Departure from what every elastic body has, relative to the largest compliance at that wave
-number."""
+"""Largest departure from the properties of every elastic body, relative to the largest compliance
+at that wave number."""
 GROWTH = 1.05
-"""Growth of k f over the last decade of wave numbers, towards 0 or infinity, that is refused."""
+"""Growth of k f over the last decade of wave numbers, towards 0 or infinity, above which a symbol
+is refused."""
 
 Function = Callable[[np.ndarray, np.ndarray], Any]
 
@@ -89,7 +90,7 @@ class FourierSymbol:
     def of(
         cls, function: Function, scale: float, local: tuple[float, float, float]
     ) -> FourierSymbol:
-        """The symbol of a function (kx, ky) -> (n, 3, 3), after the checks of what it gives."""
+        """Symbol of a function (kx, ky) -> (n, 3, 3), after checks of its values."""
         k = np.geomspace(10.0 ** DECADES[0], 10.0 ** DECADES[1], _samples(DECADES)) / scale
         theta = _directions(function, k[:: SAMPLES_BY_DECADE * 2])
         sampled = _times_k(function, k, theta, local)
@@ -150,8 +151,8 @@ class FourierSymbol:
 
     @lazy_property
     def at_rest(self) -> bool:
-        """True where k f vanishes towards long waves: the bodies rest on bases, or are stiff far
-        below.
+        """True where k f vanishes towards long waves: the bodies rest on bases, or become stiff at
+        depth.
         """
         if self.degree > 0:
             return True
@@ -159,7 +160,7 @@ class FourierSymbol:
         return bool(np.abs(left).max() <= AT_REST * np.abs(self.harmonics).max())
 
     def scaled(self, modulus: float, length: float) -> FourierSymbol:
-        """The same in units of a modulus and a length."""
+        """Symbol in units of a modulus and a length."""
         return FourierSymbol(
             limit=Numbers.of(self.limit.array * (modulus * length**-self.degree)),
             degree=self.degree,
@@ -199,7 +200,7 @@ class FourierSymbol:
 
     @lazy_property
     def largest_normal(self) -> float:
-        """Largest k f of pressures."""
+        """Largest k f between pressure and normal displacement."""
         k = np.geomspace(1e-5, 1e5, 400)
         if not self.homogeneous:
             k = np.geomspace(self.poles.array[0] / 10, self.poles.array[-1] * 10, 400)
@@ -293,7 +294,7 @@ def _times_k(
 
 
 def _directions(function: Function, k: np.ndarray) -> np.ndarray:
-    """So many directions that the harmonics of a few wave numbers are resolved."""
+    """Number of directions that resolves the harmonics of a few wave numbers."""
     count = DIRECTIONS_MIN
     while True:
         theta = 2 * np.pi * np.arange(count) / count
@@ -321,7 +322,7 @@ def _refused(what: str, k: float, theta: float, more: str = "") -> SceneError:
 
 
 def _check(sampled: np.ndarray, k: np.ndarray, theta: np.ndarray) -> None:
-    """A symbol is Hermitian, the conjugate of itself at -k, and positive definite."""
+    """Check that a symbol is Hermitian, conjugate to itself at -k, and positive definite."""
     adjoint = np.conj(sampled.swapaxes(-1, -2))
     size = np.abs(sampled).max(axis=(1, 2, 3))[:, None]
     _check_small("not Hermitian", np.abs(sampled - adjoint).max(axis=(2, 3)) / size, k, theta)
@@ -350,7 +351,9 @@ def _check_order_of_calls(
     local: tuple[float, float, float],
     sampled: np.ndarray,
 ) -> None:
-    """The same wave numbers, in another order and one by one, have the same compliances."""
+    """Check that compliances depend neither on the order nor on the number of wave numbers in a
+    call.
+    """
     some = slice(None, None, SAMPLES_BY_DECADE)
     again = _times_k(function, k[some][::-1], theta[::-1], local)[::-1, ::-1]
     few = slice(None, None, 4 * SAMPLES_BY_DECADE)
@@ -363,7 +366,7 @@ def _check_order_of_calls(
 
 
 def _degree(sampled: np.ndarray, k: np.ndarray) -> float | None:
-    """The power of k that a symbol times k is; None: it is none."""
+    """Power of k to which k times the symbol is proportional; None if there is none."""
     traces = np.einsum("knii->k", sampled).real
     slope = np.log(traces[-1] / traces[0]) / np.log(k[-1] / k[0])
     degree = float(round(slope, 12))
@@ -376,7 +379,9 @@ def _degree(sampled: np.ndarray, k: np.ndarray) -> float | None:
 
 
 def _check_growth(sampled: np.ndarray, k: np.ndarray, theta: np.ndarray) -> None:
-    """Towards wave number 0 a symbol grows no faster than 1/k, towards infinity it falls so."""
+    """Check that a symbol grows no faster than 1/k towards wave number 0 and falls as 1/k or faster
+    towards infinity.
+    """
     sizes = np.abs(sampled).max(axis=(2, 3))
     for end, inner, words in (
         (0, SAMPLES_BY_DECADE, "growing faster than 1/k towards 0"),
@@ -394,7 +399,7 @@ def _check_growth(sampled: np.ndarray, k: np.ndarray, theta: np.ndarray) -> None
 
 
 def _without_small(harmonics: np.ndarray) -> np.ndarray:
-    """Harmonics (k, M + 1, 3, 3) up to the last that counts, those that do not count zero."""
+    """Harmonics (k, M + 1, 3, 3) up to the last significant one, insignificant ones set to zero."""
     sizes = np.abs(harmonics).max(axis=0)
     counts = sizes > SMALL_HARMONIC * sizes.max()
     last = int(np.flatnonzero(counts.any(axis=(1, 2)))[-1])
@@ -403,7 +408,7 @@ def _without_small(harmonics: np.ndarray) -> np.ndarray:
 
 def _fit(harmonics: np.ndarray, k: np.ndarray, poles: np.ndarray) -> np.ndarray:
     """Least squares for the limit and the parts (1 + n, M + 1, 3, 3)."""
-    # the longest waves, which line contacts feel: what the first samples lead to, linearly
+    # the longest waves, to which line contacts are sensitive: linear extrapolation of the samples
     share = k[0] / (k[1] - k[0])
     longest = harmonics[0] - share * (harmonics[1] - harmonics[0])
     k = np.concatenate([[0.0], k])

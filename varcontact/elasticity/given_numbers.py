@@ -1,5 +1,5 @@
-"""Bodies by influence numbers of one's own: by the offset of elements, or from each element to each
-other one.
+"""Bodies given by influence numbers: by the offset of elements, or from each element to each other
+one.
 """
 
 from __future__ import annotations
@@ -26,17 +26,18 @@ if TYPE_CHECKING:
     from varcontact.scene.scene import Scene
 
 ON_LATTICE = 1e-9
-"""Difference from whole elements, or from the sides of elements, that counts as rounding."""
+"""Difference from whole elements, or between sides of elements, that counts as rounding."""
 
 SYMMETRY = 1e-9
-"""Departure from Betti's theorem, by the largest number, that counts as rounding."""
+"""Departure from Betti's theorem, divided by the largest number, that counts as rounding."""
 SYMMETRIC_MATRIX = 1e-9
-"""The same of matrices; beyond it they are taken as they are, and bounds are not claimed."""
+"""Asymmetry of a matrix, relative to its largest number, that counts as rounding; beyond it the
+matrix is used as given, and no bounds are claimed."""
 
 
 def checked_kernel(kernel: Any, components: str) -> Numbers:
     """Influence numbers between components by offset, or by both rows and the offset along x,
-    which meet Betti's theorem.
+    checked for reciprocity (Betti's theorem).
     """
     field = "bodies.kernel"
     table = checks.array(field, as_array(kernel), 4, 5)
@@ -62,7 +63,9 @@ def checked_kernel(kernel: Any, components: str) -> Numbers:
 
 
 def _check_reciprocal(field: str, table: np.ndarray) -> None:
-    """Refuse numbers whose elements do not change places by Betti's theorem, at the worst entry."""
+    """Refuse numbers that violate Betti's theorem when elements are exchanged; the error names the
+    worst entry.
+    """
     image = table[..., ::-1].swapaxes(0, 1)
     if table.ndim == 5:
         image = image.swapaxes(2, 3)
@@ -106,14 +109,16 @@ def checked_matrix(matrix: Any, components: str) -> tuple[Numbers, ...]:
 
 
 def as_array(values: Any) -> Any:
-    """Numbers of a file as the array that they are, all else as it is."""
+    """Array from the numbers of a file; other values unchanged."""
     if isinstance(values, Numbers):
         return values.array
     return values
 
 
 def _check_positive(field: str, own: np.ndarray) -> None:
-    """The influence (3, 3) of an element on itself takes work."""
+    """Check that work is needed to load an element: its influence on itself (3, 3) is positive
+    definite.
+    """
     least = float(np.linalg.eigvalsh((own + own.T) / 2)[0])
     if not least > 0:
         allowed = "positive definite: an element gives way to its own tractions"
@@ -121,14 +126,14 @@ def _check_positive(field: str, own: np.ndarray) -> None:
 
 
 def asymmetry(matrix: np.ndarray) -> tuple[float, tuple[int, int]]:
-    """The largest difference from the transpose by the largest number, and its place."""
+    """Largest difference from the transpose, divided by the largest number, and its place."""
     off = np.abs(matrix - matrix.T)
     row, column = np.unravel_index(int(np.argmax(off)), off.shape)
     return float(off.max() / np.abs(matrix).max()), (int(row), int(column))
 
 
 def check_own_grid(scene: Scene, sides: tuple[float, ...]) -> None:
-    """The grid is that of the numbers: explicit, and of elements with the same sides."""
+    """Check that the grid is that of the numbers: explicit, with elements of the same sides."""
     grid = scene.grid
     if not isinstance(grid, Grid) or not grid.explicit:
         allowed = "explicit (nx, ny, dx, dy, x0, y0; in line contact nx, dx, x0), as of the numbers"
@@ -145,8 +150,8 @@ def check_own_grid(scene: Scene, sides: tuple[float, ...]) -> None:
 
 
 def check_of_matrix(scene: Scene, matrix: tuple[Numbers, ...], n: int) -> None:
-    """A matrix is that of all n elements, of a plane or as it is, in a shift or in steady
-    rolling.
+    """Check that a matrix has all n elements, contains curvature and layers if there are any, and
+    that the motion is a shift or steady rolling.
     """
     assert isinstance(scene.grid, Grid)
     if scene.grid.size != n:
@@ -167,8 +172,8 @@ def check_of_matrix(scene: Scene, matrix: tuple[Numbers, ...], n: int) -> None:
 
 
 def check_by_place(scene: Scene, field: str, of: str) -> None:
-    """Numbers by place have curvature and layers in them: they are those of a plane, or as they
-    are.
+    """Refuse a curved surface or an elastic layer for numbers by place, which already contain
+    them.
     """
     if scene.conformal or scene.layer_compliance > 0:
         allowed = (
@@ -229,7 +234,9 @@ def lattice_order(nodes: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
 
 
 class GivenMedium:
-    """What both kinds share: elastic bodies that do not relax, with the coupling of their scene."""
+    """Base class of media with given numbers: elastic bodies that do not relax, with the K of their
+    scene.
+    """
 
     K: float
 
@@ -303,7 +310,7 @@ class KernelMedium(GivenMedium):
 
     @staticmethod
     def _along_x(table: np.ndarray, lattice: Grid, columns: float) -> np.ndarray:
-        """Numbers of a lattice at so many columns further along x."""
+        """Numbers of a lattice that is moved by some columns along x."""
         ahead = round(columns)
         if abs(columns - ahead) > ON_LATTICE * max(1.0, abs(columns)):
             allowed = "a whole number of elements: bodies.kernel has no numbers between them"
@@ -317,7 +324,7 @@ class KernelMedium(GivenMedium):
 
 
 def _too_few(table: np.ndarray, needed: str) -> SceneError:
-    """The error for a kernel that does not have the elements of a grid and motion."""
+    """Error for a kernel with too few offsets for a grid and motion."""
     columns = (table.shape[-1] + 1) // 2
     if table.ndim == 5:
         own = f"between {table.shape[2]} rows of {columns} elements"
@@ -353,8 +360,8 @@ class MatrixMedium(GivenMedium):
         return element_operator(lattice.shape, total)
 
     def _blocks(self, rows: str, columns: str, ahead: float) -> np.ndarray:
-        """Displacements where they are, where particles come from, or where they go: in bodies that
-        are the same all along x these are C' by Betti's theorem.
+        """Displacements at the same places, at those that particles come from, or at those they go
+        to: in bodies uniform along x the latter are C' by Betti's theorem.
         """
         matrix = self.matrices[0].array
         if ahead != 0:

@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 SLICES = 160
-"""Slices of the coarser of two stacks: the compliance is exact to 1e-4
+"""Slices of the coarser of two stacks: the error of the extrapolated compliance is 1e-4
 (tests/elasticity/test_graded.py)."""
 NODES_BY_DECADE = 24
-"""Wave numbers at which the compliance is computed; between them it is a cubic spline over their
-logarithm."""
+"""Wave numbers per decade at which the compliance is computed; a cubic spline over their logarithm
+connects them."""
 EXPONENTIAL_REACH = 10.0
-"""Depth divided by that of the decay from which on the deep modulus holds: exp(-10) = 5e-5 is
+"""Depth, divided by the decay length, below which the deep modulus is used: exp(-10) = 5e-5 is
 left."""
 POWER_REACH = 1e4
-"""Depth divided by the scale of the power from which on the modulus is constant: contacts are much
-smaller."""
+"""Depth, divided by the scale of the power law, below which the modulus is constant: contacts are
+much smaller."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Graded(Checked, Stratified, path="bodies", G=positive, nu=poisson_ratio, d
         return [(self.G, self.nu, ()), (deepest, self.nu, ())]
 
     def stack(self, G: float, length: float) -> GradedStack:
-        """Its compliance, in units of a modulus `G` and a `length`."""
+        """Compliance of the body by wave number, in units of a modulus `G` and a `length`."""
         coarse = self._sliced(SLICES, G, length)
         fine = self._sliced(2 * SLICES, G, length)
         return GradedStack(fine.layers, fine.base, coarse)
@@ -114,13 +114,13 @@ class Graded(Checked, Stratified, path="bodies", G=positive, nu=poisson_ratio, d
         return POWER_REACH if self.exponent is not None else EXPONENTIAL_REACH
 
     def _sliced(self, slices: int, G: float, length: float) -> Stack:
-        """Homogeneous slices with the modulus in their middle, which get thicker downwards."""
+        """Homogeneous slices, thicker downwards, each with the modulus of its middle."""
         places = np.linspace(0.0, 1.0, slices + 1) ** 2
         if self.exponent is None:
             edges = self._reach * places
             middles = (edges[1:] + edges[:-1]) / 2
         else:
-            # far below the modulus of each is in about the same ratio to that of the one above
+            # far below, the moduli of consecutive slices have a nearly constant ratio
             edges = np.expm1(places * np.log1p(self._reach))
             middles = np.expm1((places[1:] + places[:-1]) / 2 * np.log1p(self._reach))
         moduli = self.modulus(self.depth * middles) / G
@@ -135,8 +135,8 @@ class Graded(Checked, Stratified, path="bodies", G=positive, nu=poisson_ratio, d
 
 @dataclass(frozen=True)
 class GradedStack(Stack):
-    """Slices of a graded body, and half as many: their compliance is extrapolated to none of them
-    thick.
+    """Graded body as slices, and as half as many: the compliance is extrapolated to slices of zero
+    thickness.
     """
 
     coarse: Stack
@@ -149,16 +149,14 @@ class GradedStack(Stack):
         """F11, F12, F22 and f at wave numbers (n,), shape (4, n)."""
         least, largest, spline = self._by_logarithm
         inside = np.clip(k, least, largest)
-        # short waves feel the surface, and what is below in proportion to their length
+        # short waves depend on the surface, and on deeper parts in proportion to their length
         short = np.minimum(largest / np.maximum(k, largest), 1.0)
         surface = self.surface[:, None]
         return np.asarray(surface + (spline(np.log(inside)) - surface) * short)
 
     @lazy_property
     def _by_logarithm(self) -> tuple[float, float, CubicSpline]:
-        """The compliance over the logarithm of wave numbers, and the least and the largest of
-        these.
-        """
+        """Compliance over the logarithm of wave numbers, and the range of these."""
         from scipy.interpolate import CubicSpline
 
         deepest = sum(h for h, _, _ in self.layers)

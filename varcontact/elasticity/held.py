@@ -30,7 +30,7 @@ COMPONENTS = "xyz"
 
 @dataclass(frozen=True)
 class Yielding:
-    """Bodies of which one, or both, give way, and their modulus beside that of the contact."""
+    """Deformable bodies, one or both, and their modulus beside that of the contact."""
 
     body: LoadedBodies
     medium: Homogeneous
@@ -107,7 +107,7 @@ class HeldParts:
         return numbers.reshape(one.size, loaded.size)
 
     def _common(self, one: str, other: str) -> Yielding | None:
-        """The bodies on which both act; None without any."""
+        """Bodies on which both rectangles act; None if there is none."""
         wanted = one if other == "both" else other
         if "both" not in (one, other) and one != other:
             return None
@@ -117,7 +117,7 @@ class HeldParts:
     def stiffness(self) -> np.ndarray:
         """Forces on the held parts by their displacements, D^-1."""
         compliance = np.concatenate([self.by(each) for each in self.rectangles], axis=1)
-        # parts of different sides meet Betti's theorem but for the means over them
+        # parts with different sides satisfy Betti's theorem only up to their averaging
         return np.asarray(np.linalg.inv((compliance + compliance.T) / 2))
 
 
@@ -130,7 +130,7 @@ class HeldMedium:
 
     @property
     def K(self) -> float:
-        """The largest one of all bodies that give way."""
+        """Largest size of the coupling of all deformable bodies."""
         return max((abs(each.medium.K) for each in self.held.bodies), default=0.0)
 
     @property
@@ -166,7 +166,7 @@ class HeldMedium:
             )
             raise SceneError("grid", f"{size} elements", allowed)
         shown = Rectangle(lattice, rows, "both")
-        # elements on held parts are in no contact in the end: nothing joins them to the others
+        # elements on held parts are not in contact in the end, and are not coupled to the others
         off = ~self.held.covered(lattice)
         terms = [weight * self.held.by(shown, ahead) for ahead, weight in stencil]
         loaded = self.held.by(Rectangle(lattice, columns, "both")) * lattice.area

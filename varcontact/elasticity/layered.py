@@ -32,16 +32,16 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 CUT = 20.0
-"""Wave number times the thickness of the top layer from which nothing below is felt: exp(-2 CUT)
-CUT^2 = 2e-15."""
+"""Wave number times the thickness of the top layer above which layers below have no influence:
+exp(-2 CUT) CUT^2 = 2e-15."""
 
 DEEP = 25.0
-"""Wave number times the thickness of a layer within the stack: beyond, rounding, which grows as its
-square, would be felt."""
+"""Largest wave number times the thickness of an inner layer: beyond it rounding, which grows as its
+square, would be visible."""
 
 OCTAVES = 60
-"""Panels of wave numbers are halved so often towards 0: thicknesses and moduli may have any
-ratio."""
+"""Halvings of the panels of wave numbers towards 0: enough for any ratio of thicknesses and
+moduli."""
 
 DEGREE = 20
 """Degree of the Chebyshev polynomials of kernels, each over a doubling of the distance: 5.8^-21 =
@@ -141,7 +141,7 @@ def _transfer(kappa: np.ndarray, G: float, nu: float) -> np.ndarray:
     With N = M^2 - 1 and N^2 = 0: ``c - s M + kappa s N/2 - (kappa c - s) M N/2``, c and s
     hyperbolic functions.
     """
-    # deeper, nothing is felt, and rounding would be
+    # deeper layers have no influence, but rounding would have
     kappa = np.minimum(kappa, 60.0)
     eta = nu / (1 - nu)
     M = np.array(
@@ -372,8 +372,8 @@ def added_numbers(
 def _displacement_at_zero(
     pair: LayeredPair, edges: np.ndarray, coefficients: np.ndarray
 ) -> np.ndarray:
-    """Additions to displacements along x, y, z of line loads where these count as zero: at the
-    depth, or on bases that do not move.
+    """Displacements along x, y and z, added by layers, of line loads at the place where they are
+    set to zero: at the depth, or on fixed bases.
     """
     from scipy import special
 
@@ -420,7 +420,7 @@ def _rules(distance: np.ndarray, side: float, thickness: float) -> tuple[np.ndar
 
 
 def _ramps(counts: np.ndarray) -> np.ndarray:
-    """0 to count - 1 for each of some counts, one after the other."""
+    """Numbers 0 to count - 1 for each of several counts, concatenated."""
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 

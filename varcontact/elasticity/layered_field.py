@@ -30,7 +30,7 @@ from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
 
 SHALLOWEST = 1e-6
-"""Least depth in sides of an element: nearer, fields are those at it."""
+"""Least depth, divided by the side of an element: points above it get the field at this depth."""
 
 SMALL_ARGUMENT = 0.5
 """Argument below which Bessel functions of orders 2 and 3 are not found by recurrence."""
@@ -265,7 +265,7 @@ def _transforms(
 
 
 def _bessel_functions(x: np.ndarray) -> list[np.ndarray]:
-    """Those of orders 0 to 3; the last two by recurrence where it does not cancel."""
+    """Bessel functions J0 to J3 of x; J2 and J3 by recurrence where it does not cancel."""
     from scipy import special
 
     values = [special.j0(x), special.j1(x)]

@@ -1,5 +1,5 @@
-"""The media of scenes: bodies, a layer between them that shears, a curved surface on which they
-meet. What changes the numbers of others is named here, and a body that gives no medium itself.
+"""Media of scenes: bodies, a shear layer between them, a curved surface on which they meet. Media
+that change the numbers of another one are named here, and bodies that give no medium themselves.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def medium_on(
 
 
 def _periodic(medium: Medium, grid: Grid) -> Medium:
-    """The same medium with a grid as its period."""
+    """Medium that repeats with the grid as its period."""
     from varcontact.elasticity.layered import LayeredPair
     from varcontact.elasticity.periodic import Periodic
     from varcontact.elasticity.symbol_medium import SymbolMedium
@@ -133,7 +133,7 @@ def _of_pair(bodies: BodyPair, length: float, depth: float, speed: float | None)
 
 
 def _bedding(bodies: BodyPair, length: float) -> Bedding:
-    """Springs of both bodies in a row."""
+    """Springs of both bodies in series."""
     beds = [body for body in bodies.both if isinstance(body, Winkler)]
     unit = length / bodies.combined_G
     return Bedding(
@@ -143,7 +143,7 @@ def _bedding(bodies: BodyPair, length: float) -> Bedding:
 
 
 def _layered(bodies: BodyPair, length: float, depth: float, speed: float) -> Homogeneous:
-    """Layers of one solid on each body; where that relaxes, with displacements that lag behind."""
+    """Layers of one solid on each body; if the solid relaxes, with delayed displacements."""
     from varcontact.elasticity.layered import LayeredPair
 
     def elastic(pair: BodyPair) -> LayeredPair:
@@ -213,11 +213,11 @@ def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: flo
 def _viscoelastic(
     bodies: BodyPair, length: float, depth: float, speed: float
 ) -> ViscoelasticMedium:
-    """A body alone is one on a rigid one: 1/G is half its own, and K is half of 1 - 2 nu, with the
-    sign of its side.
+    """Medium of viscoelastic bodies as a sum over bodies, each on a rigid one: 1/G is half of its
+    own, K is half of 1 - 2 nu with the sign of its side.
     """
     surfaces = bodies.surfaces
-    # shares of both bodies in the displacements that lag behind, by relaxation length
+    # shares of both bodies in the delayed displacements, by relaxation length
     parts: dict[float, list[tuple[float, float, float]]] = {}
     for body, side in ((bodies.upper, 1.0), (bodies.lower, -1.0)):
         if not isinstance(body, Viscoelastic):

@@ -1,5 +1,5 @@
-"""Influence numbers on a grid as an operator: products by FFT, where elements are few by the
-matrix; dense blocks.
+"""Influence numbers on a grid as an operator: products by FFT, or by the matrix for few elements;
+dense blocks.
 """
 
 from __future__ import annotations
@@ -26,29 +26,29 @@ from varcontact.transports import DIFFERENCES, HERE, Stencil
 
 T = TypeVar("T")
 RESTRICTED_KEPT = 2
-"""Sets of elements for which an operator keeps what was made: a dense matrix and its factor."""
+"""Sets of elements for which an operator keeps a dense matrix and its factor."""
 
 DENSE_ELEMENTS = 160
-"""Elements of a grid up to which a product with its whole matrix, assembled once, is faster than
-one by FFT."""
+"""Elements of a grid up to which a product with its assembled matrix is faster than one by FFT."""
 
 KEPT_NUMBERS = 33_000
-"""Tables of no more blocks times elements are kept from one solve to the next, the last 48, with
-what their products and preconditioners take: at most 210 MB."""
+"""Largest table (blocks times elements) that is kept between solves, with its transforms and
+preconditioners; the last 48 take at most 210 MB."""
 
 SAME_NUMBERS = 1e-13
-"""Influence numbers that differ by this part of the largest one are the same."""
+"""Relative difference, divided by the largest number, below which influence numbers count as the
+same."""
 
 
 @dataclass(eq=False)
 class TableProducts:
-    """What products with a table take, made when they first do; the operators of a kept table share
-    it.
+    """Data for products with a table, computed on first use and shared by the operators of a kept
+    table.
     """
 
     whole: np.ndarray | None = None  # the matrix between all elements
     symbol: np.ndarray | None = None
-    # of boxes, with their preconditioners, for solvers without a matrix
+    # kernels of boxes, with their preconditioners, for solvers without a matrix
     kernels: dict[tuple[int, int], Any] = field(default_factory=dict)
 
 
@@ -79,7 +79,7 @@ class GridOperator:
         default_factory=dict, init=False, repr=False
     )
     toeplitz: ClassVar[bool] = True
-    """True where the table is all of it: influence numbers depend on the offset alone."""
+    """True where the table has all influence numbers: they depend on the offset alone."""
 
     def dense(self, elements: np.ndarray, loaded: np.ndarray | None = None) -> np.ndarray:
         """The matrix from tractions on `loaded` to displacements in `elements`.
@@ -122,8 +122,8 @@ class GridOperator:
         return by_symbol(symbol, tractions, self._box, self.shape)
 
     def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
-        """The same operator between tractions and displacements of some elements only, see
-        `made_for`.
+        """Operator between tractions and displacements of some elements only; its matrices are
+        shared, see `made_for`.
 
         Parameters
         ----------
@@ -135,8 +135,8 @@ class GridOperator:
         return RestrictedOperator(self, elements, softening=softening)
 
     def made_for(self, arrays: Sequence[np.ndarray | None]) -> dict[str, Any]:
-        """What was made for elements, by name: the last few are kept, so that passes and scans over
-        the same contact assemble and factor its matrix once.
+        """Matrices and factors made for these elements, by name: the last few sets are kept, so
+        that passes and scans over the same contact assemble and factor its matrix once.
 
         It refers to no operator: matrices go with the last reference to this one.
 
@@ -153,8 +153,8 @@ class GridOperator:
         return made
 
     def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        """The same operator between some components of displacement (`rows`) and of traction
-        (`columns`) only.
+        """Part of the operator: some components of displacement (`rows`) and of traction
+        (`columns`).
         """
         if (len(rows), len(columns)) == self.table.shape[:2]:
             return self
@@ -166,7 +166,9 @@ class GridOperator:
         return replace(self, table=self.table[np.array(rows)[:, None], list(columns)])
 
     def couples(self, row: int, column: int) -> bool:
-        """True where tractions along a direction (`column`) move anything along another (`row`)."""
+        """True where tractions along one direction (`column`) cause displacements along another
+        (`row`).
+        """
         return bool(self.table[row, column].any())
 
     @lazy_property
@@ -210,7 +212,7 @@ class GridOperator:
 
     @lazy_property
     def symmetric_in_blocks(self) -> bool:
-        """True where the number ij of each offset is ji, too."""
+        """True where block ij equals block ji at each offset."""
         image = self.table.swapaxes(0, 1)
         if image.shape != self.table.shape:
             return False
@@ -275,15 +277,15 @@ class GridOperator:
 class RestrictedOperator:
     """A `GridOperator` between n elements only, named by their places on the grid, row by row.
 
-    The softening (columns, n) is added to the diagonal: elements that the contact covers in part
-    give way more.
+    The softening (columns, n) is added to the diagonal: additional compliance of elements that the
+    contact covers in part.
     """
 
     grid_operator: GridOperator
     elements: np.ndarray
     softening: np.ndarray | None = field(default=None, kw_only=True)
     copies: ClassVar[int] = 1
-    """Number of elements that each stands for."""
+    """Number of elements that each element represents."""
 
     @lazy_property
     def _made(self) -> dict[str, Any]:
@@ -299,11 +301,13 @@ class RestrictedOperator:
 
     @property
     def _places(self) -> tuple[np.ndarray | None, ...]:
-        """The arrays that tell its matrix from others of the grid."""
+        """Arrays that distinguish its matrix from others of the same grid."""
         return self.elements, self.softening
 
     def once(self, name: str, make: Callable[[], T]) -> T:
-        """What is made from the matrix between these elements, made once."""
+        """Object that `make` derives from the matrix between these elements; made once, kept by
+        `name`.
+        """
         if name not in self._made:
             self._made[name] = make()
         made: T = self._made[name]
@@ -334,7 +338,7 @@ class RestrictedOperator:
     def _factored(self) -> tuple[np.ndarray, bool]:
         from scipy.linalg import cho_factor
 
-        matrix = self._assembled().T  # which is the same, in the order that LAPACK has: no copy
+        matrix = self._assembled().T  # the same matrix, in LAPACK's order: no copy
         factor: tuple[np.ndarray, bool] = cho_factor(matrix, overwrite_a=True, check_finite=False)
         return factor
 
@@ -366,7 +370,9 @@ class RestrictedOperator:
         return product + self.softening * tractions
 
     def apply_densely(self, tractions: np.ndarray) -> np.ndarray:
-        """The same with the matrix between the elements."""
+        """Displacements (rows, n) by tractions (columns, n), by the dense matrix between the
+        elements.
+        """
         return np.asarray((self.matrix @ tractions.ravel()).reshape(-1, self.elements.size))
 
 
@@ -380,8 +386,8 @@ class Medium(Protocol):
 
     @property
     def K(self) -> float:
-        """Size of the coupling of pressure and tractions, of half-spaces the constant (60); 0:
-        independent.
+        """Size of the coupling of pressure and tractions; for half-spaces the constant (60); 0 if
+        uncoupled.
         """
 
     @property
@@ -422,7 +428,7 @@ class Homogeneous(ABC):
 
     @property
     def even_y(self) -> bool:
-        """True where they are in y."""
+        """True where influence numbers are even or odd in y."""
         return True
 
     @property
@@ -566,5 +572,5 @@ def _table_of(
 def _kept_table(
     lattice: Grid, rows: str, columns: str, stencil: Stencil, medium: Homogeneous
 ) -> tuple[np.ndarray, TableProducts]:
-    """The table of a small lattice, with what its operators make of it for their products."""
+    """Table of a small lattice, with the data that its operators compute for their products."""
     return _table_of(lattice, rows, columns, stencil, medium), TableProducts()

@@ -1,4 +1,4 @@
-"""Bodies of one's own: compliances by wave number, influence numbers, or matrices."""
+"""Bodies defined by the user: compliances by wave number, influence numbers, or matrices."""
 
 from __future__ import annotations
 
@@ -276,7 +276,7 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
 
     @lazy_property
     def _equivalent(self) -> tuple[float, float]:
-        """G and nu of isotropic half-spaces that give way as much close by."""
+        """G and nu of isotropic half-spaces with the same compliance at short distances."""
         if self.symbol is not None:
             return self._fitted.equivalent
         assert self.sides is not None
@@ -301,8 +301,8 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
 
     @property
     def combined_G(self) -> float:
-        """Modulus of rigidity of isotropic half-spaces that give way as much: in the mean to short
-        waves, or as an element to its own tractions [stress].
+        """Modulus of rigidity of isotropic half-spaces with the same compliance: on average to
+        short waves, or of an element to its own tractions [stress].
         """
         return self._equivalent[0]
 
@@ -331,8 +331,8 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
 
     @property
     def grounded(self) -> bool:
-        """True of influence numbers, which are displacements as they are, and of bodies on bases at
-        rest; those of others by a symbol count from a depth in line contact.
+        """True for influence numbers, whose displacements are absolute, and for symbols of bodies
+        on fixed bases; with other symbols displacements count from a depth in line contact.
         """
         return self.symbol is None or self._fitted.at_rest
 
@@ -353,7 +353,7 @@ class Elasticity(Checked, GivenBodies, path="bodies", scale=positive, components
 
     @property
     def softest(self) -> Bodies:
-        """Half-spaces that give way at least as much under pressure."""
+        """Half-spaces at least as compliant under pressure."""
         return Bodies(G=2 / self._fitted.largest_normal, nu=0.0)
 
     def check(self, scene: Scene) -> None:

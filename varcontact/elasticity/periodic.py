@@ -35,13 +35,13 @@ from varcontact.scene.grid import Grid
 from varcontact.transports import HERE, Stencil
 
 WHOLE = 12
-"""Terms of a sum of aliases before Euler's means, of which there are as many: error 5e-13."""
+"""Terms of a sum of aliases before Euler's means, which have as many again: error 5e-13."""
 NODES = 18
 """Chebyshev nodes along each axis of the first zone."""
 DECAY = 5.5
 """Periods along x after which the longest wave has decayed to 1e-15, exp(-2 pi 5.5)."""
 LONG_WAVE = 1e-5
-"""Wave number of bodies on a base at rest that stands for 0, times the thickness."""
+"""Wave number, times the thickness, that is used in place of 0 for bodies on a fixed base."""
 ON_LATTICE = 1e-9
 """Difference from whole elements that counts as rounding."""
 
@@ -242,7 +242,7 @@ def _aliases(
         weight = np.sinc(at_x * dx / (2 * np.pi)) * np.sinc(at_y * dy / (2 * np.pi))
         return _values(times_k, at_x, at_y) * weight[..., None]
 
-    # far aliases on the nodes, all along x at once
+    # far aliases at the nodes, all along x at once
     far: np.ndarray = np.zeros((), complex)
     weights_x = np.array([_euler(abs(m)) for m in every])
     shifted = np.add.outer(step_x * np.array(every), nodes * np.pi / dx)
@@ -258,7 +258,7 @@ def _aliases(
     if ky.size > 1:
         to_y = _interpolation(nodes, ky * dy / np.pi)
     total = np.einsum("yb,bai,xa->yxi", to_y, far, to_x, optimize=True)
-    # the nearest ones where they are
+    # nearest aliases at the wave numbers themselves
     for n in near_rows:
         for m in (-1, 0, 1):
             total += term(kx, ky, m, n)

@@ -42,7 +42,7 @@ class PinInHoleMedium:
 
     @property
     def K(self) -> float:
-        """Size of the coupling: pressures turned by an angle act on tractions, also of like
+        """Size of the coupling: pressures rotated by an angle act as tractions, also for like
         bodies.
         """
         return 1.0

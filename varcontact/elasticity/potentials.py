@@ -26,18 +26,18 @@ import numpy as np
 from varcontact.system.process import lazy_property
 
 FAR = 1024.0
-"""Distance in element sides from which Gauss's rule is used: its error there is about 4096^-4 =
+"""Distance in element sides beyond which Gauss's rule is used: its error there is about 4096^-4 =
 4e-15."""
 
 SNAP = 1e-12
-"""Surface points nearer to an element's edge than this (in sides) lie on it."""
+"""Distance in element sides below which a surface point counts as on an element's edge."""
 
 KINDS = (
     *("omega_xx", "omega_xy", "omega_yy", "chi_x", "chi_y"),
     *("phi_x", "phi_y", "chi_xx", "chi_xy", "chi_yy", "omega_xxy", "omega_xyy"),
     *("phi_xx", "phi_xy", "phi_yy", "phi_xz", "phi_yz", "chi_xxy", "chi_xyy"),
 )
-"""The derivatives that there are; those of the last row times z, which keeps them finite."""
+"""Available derivatives; those of the last row are times z, which keeps them finite."""
 
 TRIANGLE_FAR = 8.0
 """Distance in element sides from which triangles are means of strips by Gauss's rule of six points:
@@ -245,7 +245,9 @@ _ODD_X = np.array([kind.count("x") % 2 == 1 for kind in KINDS])
 
 
 def _snapped(distance: np.ndarray, side: float, z: np.ndarray) -> np.ndarray:
-    """Distances from an edge; of points on the surface zero where they are so but for rounding."""
+    """Distances from an edge, set to zero for points on the surface where they are only
+    rounding.
+    """
     if z.all():
         return distance
     return np.where((z == 0) & (np.abs(distance) < SNAP * side), 0.0, distance)
@@ -253,9 +255,7 @@ def _snapped(distance: np.ndarray, side: float, z: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, slots=True)
 class _Ends:
-    """A function's values at both ends of a segment, and the difference of the two without
-    cancellation.
-    """
+    """Values of a function at both ends of a segment, and their difference without cancellation."""
 
     first: np.ndarray
     second: np.ndarray

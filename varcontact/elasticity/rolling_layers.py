@@ -26,13 +26,13 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 WAVES_AT_ONCE = 2_000_000
-"""Wave numbers times points of one product."""
+"""Wave numbers times points of one matrix product."""
 
 
 @dataclass(frozen=True)
 class Solids:
-    """A stack as it is at once, and the relaxations (f, l) of its layers, from the surface, and of
-    its base.
+    """Instantaneous stack, and the relaxations (f, l) of its layers, from the surface, and of its
+    base.
     """
 
     stack: Stack
@@ -70,7 +70,7 @@ class RollingLayers(Homogeneous):
 
     @property
     def even(self) -> bool:
-        """False: the past lies ahead."""
+        """False: the history of a particle lies ahead of it along x."""
         return False
 
     @property

@@ -1,6 +1,4 @@
-"""An elastic layer between the bodies, which shears by its compliance times the traction upon
-it.
-"""
+"""Elastic shear layer between the bodies: its displacement is its compliance times the traction."""
 
 from __future__ import annotations
 
@@ -15,7 +13,7 @@ from varcontact.transports import HERE, Stencil
 
 @dataclass(frozen=True)
 class ShearLayer:
-    """A medium with such a layer between its bodies; the compliance is dimensionless, G = 1."""
+    """Medium with a shear layer between its bodies; the compliance is dimensionless, G = 1."""
 
     bodies: Medium
     compliance: float

@@ -35,15 +35,17 @@ from varcontact.transports import HERE, Stencil
 NEAR = 4.5
 """Distance in elements up to which numbers are integrated in polar coordinates."""
 NEAR_BY_HARMONIC = 1 / 6
-"""The same by the order of the highest harmonic."""
+"""Distance in elements per order of the highest harmonic up to which numbers are integrated in
+polar coordinates, where it exceeds `NEAR`."""
 RULES = ((3.0, 8), (12.0, 5), (np.inf, 3))
-"""Orders of Gauss's rules on elements farther away, up to so many times that distance."""
+"""Gauss rules on elements farther away: end of the range, divided by the limit of polar
+integration, and points."""
 PANELS = 8
 PANEL_POINTS, PANEL_WEIGHTS = np.polynomial.legendre.leggauss(20)
 STRIP_PANELS = 40
 """Halvings of a quarter of a circle towards 0: the longest waves of line contacts."""
 AT_ONCE = 256
-"""Places whose numbers are computed in one go."""
+"""Places whose influence numbers are computed at a time."""
 DEGREE = 20
 """Degree of the Chebyshev polynomials of kernels, each over a doubling of the distance."""
 SHORTEST = 1e-7
@@ -309,7 +311,7 @@ class _Elements:
             half = (end - start)[:, None] / (2 * PANELS)
             middles = start[:, None] + half * (2 * np.arange(PANELS) + 1)
             s = (middles[..., None] + half[..., None] * PANEL_POINTS).reshape(x.size, -1)
-            # outside, a side is seen against its normal
+            # outside the element, a side is seen against its normal
             seen = np.where(d < 0, -1.0, 1.0)[:, None]
             cosh = np.cosh(s)
             toward = (seen / cosh + 1j * np.tanh(s)) * normal
@@ -378,5 +380,5 @@ class _Elements:
 
 
 def _few(places: np.ndarray) -> list[np.ndarray]:
-    """Places in parts that take little memory."""
+    """Places in batches that take little memory."""
     return [places[i : i + AT_ONCE] for i in range(0, places.size, AT_ONCE)]

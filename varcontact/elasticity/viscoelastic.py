@@ -22,11 +22,11 @@ from varcontact.elasticity.operators import Homogeneous
 from varcontact.scene.grid import Grid
 
 FAR = 40.0
-"""Relaxation lengths after which the past counts no longer."""
+"""Relaxation lengths after which past tractions are neglected."""
 NEAR = 5.0
-"""Sides of an element up to which points of a Gauss's rule are dense about its edges."""
+"""Distance in element sides up to which Gauss points are dense near an element's edges."""
 BATCH = 100_000
-"""Points at which influence numbers are evaluated in one go."""
+"""Points at which influence numbers are evaluated at a time."""
 
 Numbers = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Influence numbers (components, ...) at x and y, which broadcast together."""
@@ -47,7 +47,8 @@ class Lagging:
 
 @dataclass(frozen=True)
 class ViscoelasticMedium(Homogeneous):
-    """Two bodies that roll steadily: as they are at once (glassy), and what lags behind.
+    """Two bodies that roll steadily: their instantaneous (glassy) response, and delayed
+    displacements.
 
     Attributes
     ----------
@@ -61,12 +62,12 @@ class ViscoelasticMedium(Homogeneous):
 
     @property
     def K(self) -> float:
-        """Size of the coupling, no less than it has at any frequency."""
+        """Size of the coupling, at least its value at any frequency."""
         return abs(self.glassy.K) + sum(each.factor * abs(each.medium.K) for each in self.lagging)
 
     @property
     def even(self) -> bool:
-        """False where something lags: the past lies ahead."""
+        """False for bodies that relax: the history of a particle lies ahead of it along x."""
         return self.glassy.even and not any(each.length for each in self.lagging)
 
     @property
@@ -74,8 +75,8 @@ class ViscoelasticMedium(Homogeneous):
         return self.glassy
 
     def at_end(self, time: float) -> ViscoelasticMedium:
-        """The bodies at the end of a step of a history: what follows the tractions' change in it,
-        as if at once.
+        """Medium for the change of tractions in a step of a history, at the step's end, as an
+        instantaneous response.
         """
         at_once = []
         for each in self.lagging:
@@ -112,8 +113,8 @@ def relaxed(ratio: float) -> tuple[float, float, float]:
 
 
 def moved(fields: np.ndarray, columns: float) -> np.ndarray:
-    """Fields (..., n) of particles that were so many columns further along x; nothing comes from
-    beyond.
+    """Fields (..., n) of particles that were `columns` further along x; zero for those from beyond
+    the lattice.
 
     Interpolated by cubics through four points, which keep the sum, the centre and the width of what
     moves.

@@ -43,7 +43,7 @@ class LinearisedSolution:
 
     @classmethod
     def of(cls, solution: Solution, edge: Edge) -> LinearisedSolution:
-        """About a solution."""
+        """Linearisation about a solution."""
         scene = solution.scene
         disc = with_subgrid(discretise(scene, solution.grid), solution.pressure_on_parts)
         fields = ContactFields(
@@ -135,7 +135,7 @@ class Adjoint:
     # ------------------------------------------------------------------- by formulas
 
     def by_creepage(self, component: int) -> float:
-        """By a prescribed creepage, or a component of a shift."""
+        """Derivative with respect to a prescribed creepage, or to a component of a shift."""
         fields = self.about.fields
         explicit = float(self._partial.creepage[component])
         shifts = fields.unit_shifts
@@ -145,13 +145,13 @@ class Adjoint:
         return explicit - float((own * shifts[component]).sum())
 
     def by_force(self, component: int) -> float:
-        """By a prescribed tangential force."""
+        """Derivative with respect to a prescribed tangential force."""
         row = self.about.contact.free.index(component)
         return float(self.multipliers.forces[row])
 
     @property
     def by_friction(self) -> np.ndarray:
-        """By the coefficient of friction of each element, (ny, nx)."""
+        """Derivatives with respect to the coefficient of friction of each element, (ny, nx)."""
         found: np.ndarray = (
             self.of_bound * self.about.contact.areas.slip * self.about.fields.pressure
         )
@@ -159,13 +159,13 @@ class Adjoint:
 
     @property
     def by_distance(self) -> np.ndarray:
-        """By the undeformed distance of each element, (ny, nx)."""
+        """Derivatives with respect to the undeformed distance of each element, (ny, nx)."""
         return -self._of_distance
 
     @property
     def by_load(self) -> float:
-        """By the prescribed normal force, or approach, where the pressure solves the grid's
-        equations.
+        """Derivative with respect to the prescribed normal force or approach, where the pressure
+        solves the grid's equations.
         """
         if self.about.contact.has_load:
             return self.multipliers.load
@@ -173,7 +173,7 @@ class Adjoint:
 
     @lazy_property
     def _of_distance(self) -> np.ndarray:
-        """Multipliers of e; of a closed form those of the discrete problem beside it."""
+        """Multipliers of e; for a pressure in closed form those of the discrete problem."""
         about = self.about
         if not about.hertz:
             return self.multipliers.distance
@@ -187,16 +187,20 @@ class Adjoint:
     # ------------------------------------------------------------------- by differences of L
 
     def along(self, scene_of: SceneOf, value: float) -> float:
-        """By any number that makes a scene, by a central difference of L at its value."""
+        """Derivative with respect to any number of the scene, by a central difference of L at its
+        value.
+        """
         step = RELATIVE_STEP * (abs(value) or 1.0)
         return self.between(scene_of(value + step), scene_of(value - step)) / (2 * step)
 
     def between(self, above: Scene, below: Scene) -> float:
-        """Difference of L between two scenes on either side."""
+        """Difference of L between two scenes, one on either side of the present one."""
         return self.lagrangian(above) - self.lagrangian(below)
 
     def lagrangian(self, scene: Scene, grid: Grid | None = None) -> float:
-        """L with the fields of the solution in another scene, on the solution's grid or another."""
+        """Lagrangian L of the solution's fields in another scene, on the solution's grid or
+        another.
+        """
         about = self.about
         fields = self._in_scene(scene, grid or about.solution.grid)
         total = self.output.value(fields)
@@ -235,13 +239,13 @@ class Adjoint:
 
     @lazy_property
     def _slipping_traction(self) -> np.ndarray:
-        """n.q where it slips, (ny, nx)."""
+        """n.q in the slip area, (ny, nx): size of the tractions that slip."""
         along = self.about.contact.areas.along
         slipping: np.ndarray = (along * self.about.fields.traction).sum(axis=0)
         return slipping
 
     def _pressure_moved(self, fields: ContactFields) -> float:
-        """What a change of Hertz's pressure and approach adds to L."""
+        """Change of L by a change of Hertz's pressure and approach."""
         base = self.about.fields
         disc = fields.disc
         state = hertz_pressure(disc, unloaded(disc.grid))

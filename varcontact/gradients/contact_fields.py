@@ -1,4 +1,6 @@
-"""Fields of a contact in a scene: its own, or one nearby, in which they leave residuals."""
+"""Fields of a contact in a scene: its own scene, or a neighbouring one in which they leave
+residuals.
+"""
 
 from __future__ import annotations
 
@@ -64,7 +66,7 @@ class ContactFields:
 
     @lazy_property
     def compliance(self) -> float:
-        """Displacement by a dimensionless one, divided by traction by a dimensionless one."""
+        """Unit of displacement divided by the unit of traction."""
         return self.disc.scales.displacement / self.disc.scales.pressure
 
     @lazy_property
@@ -118,7 +120,7 @@ class ContactFields:
 
     @lazy_property
     def rigid_shift(self) -> np.ndarray:
-        """W, with the creepages that forces gave, (2, ny, nx)."""
+        """Rigid shift W, with the creepages that follow from prescribed forces, (2, ny, nx)."""
         solved = self._on_same_grid
         if solved is not None and self._moves_like(solved):
             return solved.rigid_shift
@@ -127,7 +129,7 @@ class ContactFields:
         if self.disc.grid.line:
             del rigid[self.names[2]]
         assert motion is not None
-        if isinstance(motion, TimeStep):  # its creepages have its shifts in them
+        if isinstance(motion, TimeStep):  # creepages of a step include its shifts
             rigid = dict.fromkeys(SHIFTS, 0.0) | rigid
         known = replace(motion, Fx=None, Fy=None, **rigid)
         return self.disc.with_loading(motion=known).rigid_shift * self.disc.scales.displacement
@@ -139,7 +141,7 @@ class ContactFields:
 
     @lazy_property
     def slip(self) -> np.ndarray:
-        """Sizes of the local shift divided by the distance rolled, (ny, nx)."""
+        """Relative slip |s|: local shift divided by the distance rolled, (ny, nx)."""
         return np.hypot(*self.local_shift) / self.rolled
 
     @lazy_property
@@ -189,7 +191,9 @@ class ContactFields:
         return self.of_solution
 
     def _moves_like(self, solved: ContactFields) -> bool:
-        """True where the rigid shift is the same: loads beside the contact are a part of it."""
+        """True where the rigid shift of both scenes is the same; loads beside the contact
+        contribute to it.
+        """
         same_motion = self.disc.loading.motion is solved.disc.loading.motion
         beside = self.disc.loading.beside is not None
         return same_motion and not beside and np.array_equal(self.creepage, solved.creepage)

@@ -22,7 +22,8 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 
 GRID_STEP = 1e-5
-"""Step of the central difference by the grid, relative to its width or an element's side."""
+"""Step of the central difference with respect to the grid, relative to its width or an element's
+side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ class Extent(Output):
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """An output on a grid that follows the contact."""
+    """Output on a grid that moves and stretches with the contact."""
 
     held: Adjoint
     extent: Adjoint
@@ -69,16 +70,16 @@ class Following:
         return cls(held, about.adjoint(Extent(by_grid)))
 
     def along(self, scene_of: SceneOf, value: float) -> float:
-        """By any number that makes a scene."""
+        """Derivative with respect to any number of the scene."""
         return self.held.along(scene_of, value) + self.extent.along(scene_of, value)
 
     def between(self, above: Scene, below: Scene) -> float:
-        """Difference between two scenes on either side."""
+        """Difference of the output between two scenes, one on either side."""
         return self.held.between(above, below) + self.extent.between(above, below)
 
 
 def along_with_ellipse(adjoint: Adjoint, scene_of: SceneOf, value: float) -> float:
-    """Derivative by any number that makes a scene, on a grid that is stretched with Hertz's
+    """Derivative with respect to any number of the scene, on a grid that is stretched with Hertz's
     ellipse.
     """
     step = RELATIVE_STEP * (abs(value) or 1.0)
@@ -137,7 +138,7 @@ def _on_moved_grid(held: Adjoint, axis: int, step: float, stretched: bool) -> fl
         shift = step * (places - middle)
     moved = replace(grid, **changes)
 
-    # what is given element by element stays where it is in space
+    # fields given by element keep their places in space
     def in_place(field: np.ndarray) -> np.ndarray:
         slope = np.gradient(field, grid.sides[axis], axis=1 - axis, edge_order=2)
         carried: np.ndarray = field + shift * slope

@@ -33,11 +33,12 @@ if TYPE_CHECKING:
 FORCES = "Fx", "Fy"
 LOADS = "normal_force", "approach"
 SIDE = 1e-4
-"""Least distance of the end of a step from a side of an element, in elements, for a derivative."""
+"""Least distance between the end of a step and a side of an element, in elements, at which
+derivatives exist."""
 NOT_ESTIMATED = {"error": "not estimated: error=True estimates it"}
 """Attribute of a dataset without errors."""
 EdgeName = Literal["auto", "held", "moving", "following"]
-"""What the edge of the contact does as an input changes, see `Solution.gradient`."""
+"""Treatment of the contact edge as an input changes, see `Solution.gradient`."""
 
 
 @one_blas_thread()
@@ -87,26 +88,26 @@ def sensitivity(solution: Solution) -> np.ndarray:
 
 
 def _with_creepages(solution: Solution) -> Solution:
-    """The solution of a scene that prescribes the creepages which its forces gave."""
+    """Solution of the scene that prescribes the creepages found for the forces."""
     motion: Any = solution.scene.motion
     if motion.Fx is None and motion.Fy is None:
         return solution
     rigid = dict(zip(creepages_of(motion), map(float, solution.creepage), strict=True))
-    if isinstance(motion, TimeStep):  # its creepages have its shifts in them
+    if isinstance(motion, TimeStep):  # creepages of a step include its shifts
         rigid = dict.fromkeys(SHIFTS, 0.0) | rigid
     prescribed = replace(motion, Fx=None, Fy=None, **rigid)
     return replace(solution, scene=replace(solution.scene, motion=prescribed))
 
 
 def _listed(named: Any) -> Any:
-    """Names as a list: a list or tuple itself, one in a list."""
+    """Names as a list: a list or tuple unchanged, a single name as a list of one."""
     if isinstance(named, list | tuple):
         return named
     return [named]
 
 
 def _check_different(outputs: Any) -> None:
-    """Refuse outputs of one name."""
+    """Refuse several outputs with the same name."""
     names = [output_of(each)[0] for each in outputs]
     for name in names:
         if names.count(name) > 1:
@@ -115,14 +116,14 @@ def _check_different(outputs: Any) -> None:
 
 @dataclass(frozen=True)
 class _Request:
-    """Outputs and paths of inputs by name, and what the edge does."""
+    """Requested outputs and paths of inputs by name, and the treatment of the contact edge."""
 
     outputs: dict[str, Output]
     inputs: dict[str, str]
     edge: EdgeName
 
     def check(self, solution: Solution) -> None:
-        """Refuse outputs and inputs that the scene has not."""
+        """Refuse outputs and inputs that the scene does not have."""
         for argument, names in (("output", self.outputs), ("by", self.inputs)):
             if not names:
                 raise SceneError(argument, [], "at least one")
@@ -132,7 +133,7 @@ class _Request:
             _check_input(solution, path)
 
     def about(self, solution: Solution) -> list[_Derivatives]:
-        """Of each output."""
+        """Derivatives of each output."""
         linearised = _Linearisations(solution)
         return [_Derivatives(linearised, output, self.edge) for output in self.outputs.values()]
 
@@ -149,7 +150,7 @@ class _Request:
         return any(each.edge_of(path) == "moving" for each in found for path in paths)
 
     def on_half_the_elements(self, solution: Solution) -> dict[str, np.ndarray]:
-        """The same values on elements twice as large."""
+        """Values of the gradient on elements twice as large."""
         grid = solution.grid
         outputs = {
             name: output_on_half_the_elements(output, grid) for name, output in self.outputs.items()
@@ -197,7 +198,7 @@ class _Derivatives:
         return self._output.value(self._about("held").fields)
 
     def by(self, path: str) -> float | np.ndarray:
-        """By an input."""
+        """Derivative of the output with respect to an input."""
         edge = self.edge_of(path)
         if edge == "following":
             scene_of, value = number_of(self._solution.scene, path)
@@ -243,8 +244,8 @@ def _closed_form(solution: Solution) -> bool:
 
 
 def _by(adjoint: Adjoint, path: str) -> float | np.ndarray:
-    """Derivative by an input: by a formula where there is one, else by a difference of the
-    Lagrangian.
+    """Derivative with respect to an input: by a formula if there is one, else by a difference of
+    the Lagrangian.
     """
     scene = adjoint.about.solution.scene
     part, _, entry = path.partition(".")
@@ -296,7 +297,7 @@ def _check_stick(solution: Solution) -> None:
 
 
 def check_output(solution: Solution, name: str, output: Output) -> None:
-    """Refuse outputs that the scene has not."""
+    """Refuse outputs that the scene does not have."""
     motion = solution.scene.motion
     if motion is None and output.needs_motion:
         raise SceneError("output", name, "one of normal contact: the scene has no motion")
@@ -307,7 +308,7 @@ def check_output(solution: Solution, name: str, output: Output) -> None:
 
 
 def _check_input(solution: Solution, path: str) -> None:
-    """Refuse inputs that the scene has not, or that follow from others."""
+    """Refuse inputs that the scene does not have, or that follow from others."""
     scene = solution.scene
     part, _, entry = path.partition(".")
     _check_changes(solution, path)
@@ -343,7 +344,7 @@ def _check_step(scene: Scene, solution: Solution) -> None:
 
 
 def _check_changes(solution: Solution, path: str) -> None:
-    """Refuse inputs that change pressures on parts of elements, or the steps before."""
+    """Refuse inputs that change pressures on parts of elements, or earlier steps."""
     part, _, entry = path.partition(".")
     tangential = part in ("motion", "friction") and entry != "dq"
     if solution.pressure_on_parts is not None and not tangential:
@@ -355,7 +356,7 @@ def _check_changes(solution: Solution, path: str) -> None:
 
 
 def _check_displacement(scene: Scene) -> None:
-    """Refuse shifts in line contact whose displacements have no place to count from."""
+    """Refuse shifts in line contact whose displacements have no reference point."""
     if not scene.shift_undetermined or isinstance(scene.motion, Steady):
         return
     stiffness = "the stiffness of a step needs it"
@@ -365,7 +366,7 @@ def _check_displacement(scene: Scene) -> None:
 
 
 def _check_edge(solution: Solution, edge: EdgeName, path: str) -> None:
-    """Refuse a derivative that the grid, the slip difference or the input has not."""
+    """Refuse a derivative that does not exist for the grid, the slip difference or the input."""
     motion = solution.scene.motion
     if edge != "held" and isinstance(motion, TimeStep):
         raise SceneError("edge", edge, '"held" in a step of a history')

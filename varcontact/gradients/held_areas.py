@@ -1,5 +1,5 @@
-"""Areas of a solution that its linearised problem holds, and the leading edge of rolling where it
-moves.
+"""Areas of a solution that its linearised problem keeps fixed, and the leading edge of rolling if
+it moves.
 """
 
 from __future__ import annotations
@@ -51,13 +51,13 @@ class HeldAreas:
         return cls(contact, stick, slip, along, turning, growing, falling)
 
     def on(self, part: Part) -> HeldAreas:
-        """On a part of the grid."""
+        """Areas and directions on a part of the grid."""
         of_part = {each.name: getattr(self, each.name)[..., *part] for each in fields(self)}
         return HeldAreas(**of_part)
 
     @lazy_property
     def across(self) -> np.ndarray:
-        """t, (2, ny, nx)."""
+        """Unit vectors t across the slipping tractions, (2, ny, nx)."""
         return np.array([-self.along[1], self.along[0]])
 
     @lazy_property
@@ -66,7 +66,9 @@ class HeldAreas:
         return bool(self.falling.any())
 
     def within(self, fields: np.ndarray) -> np.ndarray:
-        """Free parts of fields (2, ny, nx): both where it sticks, across where it slips."""
+        """Components of fields (2, ny, nx) in the free directions: both where an element sticks,
+        across the traction where it slips.
+        """
         free: np.ndarray = self.stick * fields + self.across * dot(self.across, fields)
         return free
 
@@ -90,7 +92,7 @@ class HeldAreas:
         return unknowns - outward + self.falling * outward
 
     def diagonal(self, unknowns: np.ndarray) -> np.ndarray:
-        """Parts of the rows that elasticity has no part in: tractions that turn, and their
+        """Diagonal parts of the rows without elasticity: from tractions that turn, and from their
         bound.
         """
         if not self.bound_follows_slip:
@@ -112,7 +114,7 @@ class MovingEdge:
     reaching: tuple[tuple[np.ndarray, int], ...] = ()
 
     def on(self, part: Part) -> MovingEdge:
-        """On a part of the grid."""
+        """Moving edge on a part of the grid."""
         reaching = tuple((elements[part], columns) for elements, columns in self.reaching)
         return MovingEdge(self.entering[..., *part], reaching)
 

@@ -17,7 +17,7 @@ from varcontact.scene.bodies import BodyPair
 from varcontact.scene.scene import Scene
 
 OF_MOTION = (*CREEPAGES, *SHIFTS, "Fx", "Fy", "dq")
-"""Entries of the motion that need not be called ``motion.vx``."""
+"""Inputs of the motion that may be named without ``motion.``."""
 SIDES = {"upper": 0, "lower": 1}
 """Names of the entries of a pair."""
 QUANTITIES = {
@@ -48,8 +48,8 @@ QUANTITIES = {
     "third_body.h": "length",
     "friction.strength": "pressure",
 }
-"""Quantities whose units inputs have, of bodies without their side and of layers without their
-place; others are numbers without one."""
+"""Quantity of each input, which gives its unit: entries of bodies without the side, of layers
+without the place; others are pure numbers."""
 
 
 def path_of(name: Any) -> str:
@@ -68,7 +68,7 @@ def quantity_of(path: str) -> str:
 
 
 def derivative_unit(above: str, below: str) -> str:
-    """Unit of a derivative, by those of the output and the input."""
+    """Unit of a derivative, from the units of the output and the input."""
     if below == "1":
         return above
     return f"({above})/({below})"
@@ -85,7 +85,7 @@ def number_of(scene: Scene, path: str) -> tuple[SceneOf, float]:
 
 
 def _entry(scene: Scene, path: str, parts: list[str]) -> Any:
-    """What stands at a path."""
+    """Value in the scene at a dotted path; SceneError if there is none."""
     owner: Any = scene
     for part in parts:
         if _stands_for_two(owner, part):
@@ -105,7 +105,7 @@ def _entry(scene: Scene, path: str, parts: list[str]) -> Any:
 
 
 def _stands_for_two(owner: Any, part: str) -> bool:
-    """True where an entry is that of both bodies, which are alike."""
+    """True for an entry that both bodies share, as they are alike."""
     return isinstance(owner, BodyPair) and part not in SIDES and owner.upper == owner.lower
 
 

@@ -17,9 +17,7 @@ from varcontact.solving.solve import solve
 
 
 def on_half_the_elements(solution: Solution) -> Solution:
-    """The scene solved on elements twice as large; fields that are given by elements have their
-    means there.
-    """
+    """Scene solved on elements twice as large; fields given by element are averaged."""
     scene = solution.scene
     grid = solution.grid
     if isinstance(scene.motion, TimeStep):
@@ -41,7 +39,7 @@ def on_half_the_elements(solution: Solution) -> Solution:
 
 
 def output_on_half_the_elements(output: Output, grid: Grid) -> Output:
-    """An output whose weights by elements have their means on elements twice as large."""
+    """Output on elements twice as large; weights given by element are averaged."""
     if not isinstance(output, Weighted):
         return output
 
@@ -61,7 +59,7 @@ def _means_of_weight(weight: Weight, grid: Grid) -> Weight:
 
 def means(field: np.ndarray, grid: Grid) -> np.ndarray:
     """Means of a field (ny, nx) over elements twice as large; beyond an odd number of elements it
-    goes on linearly.
+    is extrapolated linearly.
     """
     values = np.asarray(field, float).reshape(grid.shape)
     whole = np.pad(values, _beyond(grid), "reflect", reflect_type="odd")

@@ -39,9 +39,9 @@ from varcontact.system.process import lazy_property
 TOL = 1e-9
 """Residual of the transposed problem, relative to its right-hand side."""
 ROOM = 32
-"""Directions for which memory is taken at a time."""
+"""Directions for which memory is allocated at a time."""
 DIRECTIONS_MAX = 400
-"""Directions of one transposed solve; 14 to 30 are usual."""
+"""Directions of one transposed solve at most; 14 to 30 are usual."""
 
 LEAST_ROW = 0.1
 """Least own part of a row whose bound falls with slip, in the preconditioner: beyond about 0 the
@@ -53,8 +53,8 @@ Edge = Literal["held", "moving"]
 
 @dataclass(frozen=True, eq=False)
 class Multipliers:
-    """Of the linearised equations, in half-dimensionless form: `shift` (2, ny, nx) of E, `distance`
-    (ny, nx) of e, `forces` (k,) and `load` of the prescribed sums.
+    """Multipliers of the linearised equations, in half-dimensionless form: `shift` (2, ny, nx) of
+    E, `distance` (ny, nx) of e, `forces` (k,) and `load` of the prescribed sums.
 
     `by_tractions` (2, ny, nx): derivatives of what they weight by the tractions in contact.
     """
@@ -104,7 +104,7 @@ class LinearisedContact:
 
     @property
     def moves(self) -> bool:
-        """True where there are tractions."""
+        """True where tangential tractions are unknown."""
         return bool((self.areas.stick | self.areas.slip).any())
 
     @property
@@ -114,13 +114,13 @@ class LinearisedContact:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of its part of the grid, (ny, nx)."""
+        """Shape (ny, nx) of its part of the grid."""
         return self.areas.contact.shape
 
     @lazy_property
     def _on_box(self) -> LinearisedContact:
-        """The same on the box around the contact, which has all unknowns; on the whole grid where
-        influence numbers depend on more than the offset.
+        """Linearised contact on the box around the contact area, which has all unknowns; unchanged
+        where influence numbers are periodic or depend on more than the offset.
         """
         operator = self.disc.operators.normal
         if not operator.toeplitz or any(operator.period):
@@ -217,7 +217,9 @@ class LinearisedContact:
 
     @lazy_property
     def normal_inverse(self) -> Inverse:
-        """The same for pressures, which stick in contact."""
+        """Newton's preconditioner for pressures, all elements in contact being treated as
+        sticking.
+        """
         contact = self.areas.contact
         own = unit(self.normal_operator)
         plain = kernel(self.normal_operator, self.normal_operator.shape)
@@ -417,7 +419,7 @@ class _TransposedSystem:
         return rows, contact.by_pressure(shift, by_tractions)
 
     def _precondition(self, vector: np.ndarray) -> np.ndarray:
-        """The tangential inverse, then the normal one on what is left."""
+        """Preconditioner: the tangential inverse, then the normal inverse of the remainder."""
         contact = self._contact
         right = self._split(vector)
         shift = self._no_shift

@@ -41,7 +41,7 @@ class Output(ABC):
 
     @property
     def needs_motion(self) -> bool:
-        """True where it depends on tractions."""
+        """True for outputs that depend on tractions."""
         return True
 
     @abstractmethod
@@ -50,7 +50,7 @@ class Output(ABC):
 
     @abstractmethod
     def partial(self, fields: ContactFields) -> Partial:
-        """Its partial derivatives by `fields`."""
+        """Partial derivatives of the output with respect to `fields`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ class Approach(Output):
 
 @dataclass(frozen=True, eq=False)
 class Creepage(Output):
-    """A creepage that follows from a force; of a shift a component."""
+    """Creepage, or component of a shift, that follows from a prescribed force."""
 
     component: int
     unit = "creepage"

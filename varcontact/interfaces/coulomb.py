@@ -1,5 +1,5 @@
-"""Friction whose bound is known: a coefficient times the pressure, or another one by pressure and
-place.
+"""Friction with a known bound: a coefficient times the pressure, or another function of pressure
+and place.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Coulomb(Interface):
 
     @classmethod
     def between(cls, bodies: BetweenBodies) -> Self:
-        """The coefficient of a scene; without a motion none."""
+        """Coulomb friction with the coefficient of a scene; zero friction without a motion."""
         friction = bodies.friction
         assert not isinstance(friction, Law | FrictionBound)
         if friction is None:

@@ -32,14 +32,14 @@ from varcontact.transports import further_along
 
 TEMPERATURE = "temperature"
 RISE = "temperature_rise"
-"""Rise of temperature of particles at the end of a step by the heat of the steps before."""
+"""Temperature rise of particles at the end of a step, due to the heat of earlier steps."""
 TEMPERATURE_BEFORE = "temperature_before"
-"""Temperature at the end of the step before, where it was."""
+"""Temperature at the end of the step before, at the same place."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrictionalHeat(Interface):
-    """The temperature of the surfaces by the work of friction, which others may read."""
+    """Temperature of the surfaces due to frictional heat, which other interfaces may read."""
 
     bodies: tuple[Thermal, Thermal]
     motion: Steady | TimeStep
@@ -69,8 +69,8 @@ class FrictionalHeat(Interface):
         return Potential(np.full(pressure.shape, np.inf))
 
     def implied(self, response: Response, at: Surroundings) -> Fields:
-        """Temperature at the friction work of a response; in a history also by the heat that
-        particles bring along.
+        """Temperature due to the friction work of a response; in a history also due to heat that
+        particles carry.
         """
         density = response.work() * self.scales.pressure / response.unit_slip
         contact = response.pressure > 0
@@ -86,8 +86,8 @@ class FrictionalHeat(Interface):
         return {TEMPERATURE: rise + background(1.0, self.bodies)[0]}
 
     def arrive(self, before: StepBefore, at: Surroundings) -> Fields:
-        """Rise of temperature by the heat of all steps so far: at the end of the last one, and at
-        that of this one.
+        """Temperature rise due to the heat of all steps so far, at the end of the last step and of
+        this one.
         """
         if not before.heat:
             return {}
@@ -119,7 +119,7 @@ class Heat:
 
 
 def heating(scene: Scene, density: np.ndarray) -> np.ndarray:
-    """The density of work that heats the surfaces: none where nothing slips, but energy is lost at
+    """Power density that heats the surfaces: zero where nothing slips, although energy is lost at
     edges.
     """
     return density * (not scene.no_slip)
@@ -227,8 +227,8 @@ def surface_temperatures(
 
 
 def background(since: np.ndarray | float, bodies: tuple[Thermal, Thermal]) -> np.ndarray:
-    """Temperatures (2, ...) without friction: in contact (1) the mean by effusivities, else a part
-    of the way.
+    """Temperatures (2, ...) without friction: in contact (1) the mean weighted by effusivities,
+    elsewhere a part of the way to it.
     """
     upper, lower = bodies
     weighted = upper.effusivity * upper.temperature + lower.effusivity * lower.temperature

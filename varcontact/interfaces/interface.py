@@ -32,8 +32,8 @@ Fields = Mapping[str, np.ndarray]
 ANY_WAY = "any"
 FROM_ONE_SIDE = "one side"
 JUMPS = "jumps"
-"""Rules of the passes to an implicit quantity: they lead to one solution, and may be accelerated;
-several solutions, each reached from its own side; the same, and values jump from one to another."""
+"""Solutions to which passes over an implicit quantity lead: one, so that passes may be accelerated;
+several, each reached from its own side; several, with jumps between them."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Quantity:
     passes: str = ANY_WAY
 
     def scale(self, scales: Scales) -> float:
-        """The physical value of 1."""
+        """Physical value of a dimensionless 1."""
         sizes = {"pressure": scales.pressure, "length": scales.displacement}
         return sizes.get(self.kind, 1.0)
 
@@ -74,12 +74,12 @@ class Surroundings:
     passed: Callable[[], tuple[int, float]] = lambda: (0, 0.0)
 
     def under(self, fields: Fields) -> Surroundings:
-        """The same with more implicit fields."""
+        """Copy with these implicit fields added."""
         return replace(self, implicit={**self.implicit, **fields})
 
 
 class Response(Protocol):
-    """The response of a contact, as interfaces are told of it."""
+    """Response of a contact, as interfaces read it."""
 
     @property
     def pressure(self) -> np.ndarray: ...
@@ -89,7 +89,7 @@ class Response(Protocol):
 
     @property
     def fields(self) -> Fields:
-        """Implicit fields under which it was found; none from another source."""
+        """Implicit fields under which the response was found; none if it comes from elsewhere."""
 
     @property
     def shift(self) -> np.ndarray:
@@ -128,19 +128,19 @@ class Response(Protocol):
         """Influence of an element on itself."""
 
     def work(self) -> np.ndarray:
-        """Work lost by friction in the step, by area."""
+        """Work of friction in the step, per area."""
 
     def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
         """Shift by tractions."""
 
     def under(self, fields: Fields) -> Response:
-        """The same contact, judged under other implicit fields."""
+        """Response of the same contact with these implicit fields added."""
 
 
 @dataclass(frozen=True, eq=False)
 class StepBefore:
-    """The end of the step before: pressure, tractions, relative slip, masks of slip and stick, what
-    its particles carry, and the heat of all steps so far.
+    """End of the previous step: pressure, tractions, relative slip, masks of slip and stick, the
+    quantities that its particles carry, and the heat of all steps so far.
     """
 
     pressure: np.ndarray
@@ -153,12 +153,13 @@ class StepBefore:
 
 
 Start = str | StepBefore | None
-"""Which of several solutions is sought: that from stick or slip everywhere, or near another one."""
+"""Choice between several solutions: the one reached from stick or slip everywhere, or the one near
+a previous step."""
 
 
 @dataclass(frozen=True, eq=False)
 class BetweenBodies:
-    """What interfaces are made from: a scene, its friction and motion now, its grid and scales."""
+    """Data from which interfaces are built: scene, current friction and motion, grid and scales."""
 
     scene: Scene
     friction: Friction | None
@@ -168,31 +169,31 @@ class BetweenBodies:
 
 
 class Interface(ABC):
-    """An interface without memory; each kind says what is different."""
+    """Interface without memory; each kind overrides what differs."""
 
     frictionless: bool = False
-    """True where it carries no traction at all."""
+    """True for an interface that carries no tangential traction."""
     unbounded: bool = False
-    """True where it carries every traction."""
+    """True for an interface that carries every traction."""
     flows: bool = False
-    """True where a shift may flow within it, beside the slip of the surfaces."""
+    """True for an interface that can flow, in addition to slip of the surfaces."""
     by_slip: bool = False
-    """True where its fields follow from slip; else tractions alone imply them."""
+    """True if its implicit fields follow from slip; else they follow from tractions alone."""
 
     def those(self, *, by_slip: bool) -> Interface | None:
-        """The interfaces whose fields follow from slip, or from tractions alone."""
+        """Interfaces whose implicit fields follow from slip, or from tractions alone."""
         if self.by_slip != by_slip:
             return None
         return self
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Names of the fields of other interfaces that it reads."""
+        """Names of the fields of other interfaces that this one reads."""
         return ()
 
     @property
     def gives(self) -> tuple[str, ...]:
-        """Names of the fields that it gives to others, beside its implicit ones."""
+        """Names of the fields that this interface provides to others, besides its implicit ones."""
         return ()
 
     @property
@@ -201,7 +202,7 @@ class Interface(ABC):
         return ()
 
     def coefficient(self, at: Surroundings) -> float | np.ndarray | None:
-        """The ratio of its bound to the pressure; None: there is none."""
+        """Ratio of the traction bound to the pressure; None if there is none."""
         return None
 
     def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
@@ -217,8 +218,8 @@ class Interface(ABC):
         return self.potential(pressure, at).bound
 
     def first(self, start: Start, at: Surroundings, shape: tuple[int, int]) -> Fields:
-        """The implicit fields of the first pass: those that have arrived, else fresh ones; where
-        solutions are several `start` may choose one.
+        """Implicit fields of the first pass: those carried by arriving particles, else those of
+        fresh ones; `start` may choose between several solutions.
         """
         return {
             each.name: at.arrived.get(each.name, np.full(shape, each.fresh))
@@ -226,19 +227,19 @@ class Interface(ABC):
         }
 
     def implied(self, response: Response, at: Surroundings) -> Fields:
-        """The implicit fields that go with a response, from any source."""
+        """Implicit fields implied by a response, whatever its origin."""
         return {}
 
     def after(self, response: Response, at: Surroundings) -> Fields:
-        """The implicit fields of the next pass, after one under those that `at` has."""
+        """Implicit fields of the next pass, after a pass under those of `at`."""
         return self.implied(response, at)
 
     def leave(self, response: Response, at: Surroundings) -> Fields:
-        """Quantities of the particles at the end of a step."""
+        """Quantities that particles carry at the end of a step."""
         return {}
 
     def arrive(self, before: StepBefore, at: Surroundings) -> Fields:
-        """Quantities of the particles as they come into the next step."""
+        """Quantities that particles carry into the next step, at their new places."""
         return {
             each.name: further_along(before.carried[each.name], at.transport.columns, each.fresh)
             for each in self.carried
@@ -246,13 +247,13 @@ class Interface(ABC):
         }
 
     def warnings(self, response: Response, at: Surroundings) -> tuple[str, ...]:
-        """Sentences where the interface makes a step doubtful."""
+        """Warnings of the interface about a doubtful step, as sentences."""
         return ()
 
 
 def together(parts: tuple[Interface, ...]) -> Interface | None:
-    """Some interfaces as one, none as None; refused where one reads a field that none before it
-    gives, or two own the same quantity.
+    """Several interfaces as one, None for none; refused if one reads a field that no earlier one
+    provides, or if two own the same quantity.
     """
     if not parts:
         return None
@@ -283,8 +284,8 @@ def _refuse_missing(parts: tuple[Interface, ...]) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Several(Interface):
-    """Interfaces at once: the smallest bound holds, and one may flow; each finds the fields that
-    those before it have given.
+    """Several interfaces acting together: the smallest bound holds, one of them may flow, and each
+    reads the fields of the earlier ones.
     """
 
     parts: tuple[Interface, ...]
@@ -376,7 +377,7 @@ class Several(Interface):
         return together(tuple(part for part in self.parts if not part.by_slip))
 
     def _asked(self) -> Iterator[Interface]:
-        """The interfaces without those whose fields nobody reads."""
+        """Interfaces without those whose fields no other interface reads."""
         read = {name for part in self.parts for name in part.needs}
         return (part for part in self.parts if not part.gives or read.intersection(part.gives))
 

@@ -1,5 +1,5 @@
-"""The kinds of interface, in the order in which they read each other's fields: a new one is a line
-here.
+"""Kinds of interfaces, in the order in which they read each other's fields: add a new kind as a
+line here.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ KINDS: tuple[tuple[Callable[[BetweenBodies], bool], type[Any]], ...] = (
     (lambda given: isinstance(given.friction, FrictionBound), BoundByPressure),
     (lambda given: given.scene.flows, YieldingLayer),
 )
-"""Which scenes have a kind, and its class."""
+"""Condition for a scene to have an interface of a kind, and its class."""
 
 
 def interface_of(bodies: BetweenBodies) -> Interface:

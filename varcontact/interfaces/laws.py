@@ -43,23 +43,22 @@ from varcontact.scene.units import Scales
 from varcontact.transports import Transport, further_along
 
 FRICTION = "friction"
-"""Coefficients of the contact."""
+"""Coefficients of friction in the contact."""
 WEAKENING = "weakening"
-"""Part of ``static - kinetic`` that particles have lost."""
+"""Part of ``static - kinetic`` that particles have lost by slip."""
 OWN_BEFORE = "friction_before"
-"""Coefficients of the particles at the end of the step before, where they were."""
+"""Coefficients of the particles at the end of the previous step, at their places then."""
 
 POWER_STEPS = 15
-"""Iterations for the largest eigenvalue, to a few per cent."""
+"""Power iterations for the largest eigenvalue: accurate to a few per cent."""
 SMALL_SLIP = 1e-6
-"""Relative slip over which the slope of a law at no slip is taken that is known by its values
-alone."""
+"""Relative slip over which the slope at zero slip is taken for laws known by their values only."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrictionByLaw(Interface):
-    """A law of friction on a grid, which has the coefficients of the pass, or where nothing is
-    known of slip the static one.
+    """Law of friction on a grid, with the coefficients of the present pass, or the static
+    coefficient where slip is not yet known.
     """
 
     law: Law
@@ -105,7 +104,9 @@ class FrictionByLaw(Interface):
         return Potential(friction_bound(self.coefficient(at), pressure))
 
     def first(self, start: Start, at: Surroundings, shape: tuple[int, int]) -> Fields:
-        """Coefficients to begin with: from stick or slip all over, or those of another solution."""
+        """Coefficients of the first pass: from stick or slip everywhere, or from another
+        solution.
+        """
         if isinstance(start, StepBefore):
             return {FRICTION: self._of_slip(start)}
         if start is None and FRICTION in at.arrived:
@@ -116,7 +117,7 @@ class FrictionByLaw(Interface):
         return {FRICTION: np.full(shape, coefficient)}
 
     def after(self, response: Response, at: Surroundings) -> Fields:
-        """The law's coefficients where it slips under those of the pass; elsewhere these."""
+        """Coefficients by the law in the slip area of a pass; elsewhere those of the pass."""
         own, rest = self._own(response, response.slip, at)
         if self.law.memory_distance > 0:
             return {FRICTION: self._with_memory(response, own, rest, at)}
@@ -125,8 +126,8 @@ class FrictionByLaw(Interface):
         return {FRICTION: np.where(response.slips, own, at.implicit[FRICTION])}
 
     def implied(self, response: Response, at: Surroundings) -> Fields:
-        """The law's own coefficient at the slip of a response from any source; the static one where
-        it sticks.
+        """Coefficient of the law at the slip of a response, whatever its origin; the static one
+        where it sticks.
 
         An element slips where its traction is nearer to the law's at its shift than its shift is to
         none; and where it would slip even under the static coefficient: then that is not what it
@@ -195,7 +196,7 @@ class FrictionByLaw(Interface):
         if part != 0:
             next_one = further_along(of_slip, forward * (whole + 1), fresh)
             arrived = (1 - part) * arrived + part * next_one
-        # after sliding on the way
+        # coefficients after sliding over the step
         if law.memory_distance > 0 and at.transport.distance != 0:
             places = np.meshgrid(self.grid.x, self.grid.y)
             temperature = at.arrived.get(TEMPERATURE_BEFORE)
@@ -240,8 +241,8 @@ class FrictionByLaw(Interface):
     def _own(
         self, response: Response, slip: np.ndarray, at: Surroundings
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The law's coefficients at the temperatures, pressures and places of a response, with
-        sizes of slip and without.
+        """Coefficients by the law at the temperatures, pressures and places of a response, for its
+        slip and for zero slip.
         """
         law = self.law
         around = (
@@ -257,8 +258,8 @@ class FrictionByLaw(Interface):
     def _with_memory(
         self, response: Response, own: np.ndarray, rest: np.ndarray, at: Surroundings
     ) -> np.ndarray:
-        """The coefficients of particles after their slip, with what they had a step ago; `own` of
-        the law, `rest` in stick.
+        """Coefficients of particles after their slip, from those of a step ago; `own` are those of
+        the law, `rest` those in stick.
 
         In steady rolling they come along their rows, at rest at first. In a step that rolls they
         have those that have arrived: short steps would have several solutions under the slip at
@@ -283,7 +284,7 @@ class FrictionByLaw(Interface):
         return np.where(remembers, arrived, rest)
 
     def _of_slip(self, contact: Response | StepBefore) -> np.ndarray:
-        """The coefficients of a contact where it slips, the static one where it sticks."""
+        """Coefficients of a contact in its slip area, the static one in its stick area."""
         law = self.law
         if not law.continuous:
             return np.where(contact.slips, law.kinetic, law.static)
@@ -292,8 +293,8 @@ class FrictionByLaw(Interface):
         return np.where(contact.slips, ratio, law.static)
 
     def _of_particles(self, before: StepBefore) -> tuple[np.ndarray, np.ndarray]:
-        """Coefficients of the particles that slip, static elsewhere; and with those that particles
-        in stick had before.
+        """Coefficients of slipping particles, static elsewhere; and the same with the earlier
+        coefficients of sticking particles.
         """
         law = self.law
         of_slip = self._of_slip(before)
@@ -307,8 +308,8 @@ class FrictionByLaw(Interface):
 
 
 def _growth(response: Response, steepest: float) -> float:
-    """Largest part of a change of slip that comes back through coefficients that fall with it by so
-    much.
+    """Largest eigenvalue of the feedback from slip to slip, through coefficients that fall with
+    slip at the slope `steepest`.
     """
     fall = steepest / response.unit_slip * response.pressure
     shift = response.slip_shift

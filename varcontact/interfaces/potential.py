@@ -1,4 +1,5 @@
-"""Potentials of the traction: all that solvers and certificates know of an interface.
+"""Potentials of the traction: the only description of an interface that solvers and certificates
+use.
 
 The tangential problem is ``0 in W + M p + d phi(p)``. Here phi is radial in each
 element: a disk (or interval) of the traction bound g, within which an interface
@@ -97,7 +98,7 @@ class Flow:
         if self.columns == 0:
             return self
         columns = max(self.columns, 1.0)
-        # steps shorter than a column: several of them harden a particle on its way through one
+        # steps shorter than a column: several of them harden a particle while it crosses one
         hardening = self.hardening / min(self.columns, 1.0)
         fresh = float(self.threshold.min())
         ratio = 1 / hardening
@@ -141,7 +142,7 @@ class FlowDerivative:
 
 
 def _last_growing(before: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """The change of the last traction on the way that raised the threshold."""
+    """Change of the last traction on a particle's path that raised the threshold."""
     return np.where(own[1], own[0], before[0])
 
 
@@ -153,16 +154,16 @@ class Potential:
     flow: Flow | None = None
 
     def __and__(self, other: Potential) -> Potential:
-        """Both together; two that flow would be in series, which no composition of their maps
-        gives.
+        """Potential of both together; two flows would act in series, which their maps cannot be
+        composed to.
         """
         assert self.flow is None or other.flow is None, "one interface that flows"
         return Potential(np.minimum(self.bound, other.bound), self.flow or other.flow)
 
     @property
     def implicit(self) -> bool:
-        """True where it depends on the tractions themselves: a threshold that they raise in steady
-        rolling.
+        """True where the potential depends on the tractions themselves: they raise the threshold of
+        flow in steady rolling.
         """
         return self.flow is not None and self.flow.columns > 0
 

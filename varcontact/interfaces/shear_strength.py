@@ -1,4 +1,4 @@
-"""Friction of adhesive contacts: a shear strength that holds at any pressure."""
+"""Friction of adhesive contacts: a shear strength independent of the pressure."""
 
 from __future__ import annotations
 

@@ -62,8 +62,8 @@ class YieldingLayer(Interface):
         return Quantity(YIELD_STRESS, "pressure", self.fresh_stress, words, least=0.0)
 
     def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
-        """The yield stress, where tractions change it in the same step: by softening, or along rows
-        in rolling.
+        """Yield stress, where tractions change it within the step: by softening, or along rows in
+        rolling.
         """
         hardens_along_rows = self.hardening > 0 and transport.repeats
         if self.hardening < 0 or hardens_along_rows:
@@ -86,8 +86,8 @@ class YieldingLayer(Interface):
         return np.full(pressure.shape, np.inf)
 
     def implied(self, response: Response, at: Surroundings) -> Fields:
-        """The yield stress that goes with tractions: of particles hardened on their way, or
-        softened in the step.
+        """Yield stress implied by tractions: of particles hardened on their path, or softened in
+        the step.
         """
         stress = self._arrived_stress(response.pressure.shape, at)
         if self.hardening > 0 and at.transport.repeats:

@@ -1,5 +1,5 @@
-"""The cases of CONTACT's input files, modules 1 and 3, as they are written: control digits and
-entries, with what a case keeps from the one before.
+"""Cases of CONTACT's input files, modules 1 and 3, as written: control digits and entries,
+including those kept from the previous case.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from varcontact.io.contact_words import Group, Lines
 GRAMMARS: dict[int, Any] = {1: (WHEEL, WHEEL_LINES), 3: (BASIC, BASIC_LINES)}
 """Control words and parameter lines of the modules that are read."""
 STAYS = (0, 2)
-"""Values of the digit R after which the next case is of the same module, which it does not name."""
+"""Values of the digit R after which the next case belongs to the same module without naming it."""
 MODULES = {1: "wheel on rail", 3: "basic contact", 0: "stop"}
 MODULE_NUMBERS = tuple(map(str, MODULES))
-"""As they are written; control words have more digits."""
+"""Module numbers as text; control words have more digits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class CaseInput:
 
     @property
     def calculated(self) -> bool:
-        """True unless it is skipped."""
+        """True unless the case is skipped."""
         return self.controls["RETURN"] <= 1
 
     @property
@@ -63,9 +63,9 @@ class CaseInput:
 
     @property
     def damped(self) -> bool:
-        """True with M2 = 2, or with M2 = 1 where that is what a case keeps.
+        """True for M2 = 2, or M2 = 1 kept from a case with it.
 
-        CONTACT prints forces without those of damping, which only wheels under given forces feel.
+        CONTACT prints forces without those of damping, which affect only wheels under given forces.
         """
         if self.controls.damping == 1:
             return self.before is not None and self.before.damped
@@ -82,7 +82,7 @@ class CaseInput:
 
 @dataclass(frozen=True, eq=False)
 class Unreadable:
-    """A case that does not follow the grammar, and why."""
+    """Case that does not follow the grammar, and the reason."""
 
     number: int
     line: int
@@ -90,8 +90,8 @@ class Unreadable:
 
 
 def read_cases(path: Path) -> tuple[list[CaseInput], list[Unreadable]]:
-    """The cases of a file, and those that cannot be read, after which the next MODULE is looked
-    for: nothing is kept from them.
+    """Cases of a file, and those that cannot be read; reading resumes at the next MODULE, with
+    nothing kept.
     """
     lines = Lines(path)
     cases: list[CaseInput] = []
@@ -145,7 +145,7 @@ def _read_case(
     try:
         _read_entries(lines, controls, parameters, entries, given)
     except SceneError:
-        controls.check_supported()  # then that is what is wrong
+        controls.check_supported()  # an unsupported digit is then the cause
         raise
     return CaseInput(
         number, module, tuple(of_element), group, controls, entries, frozenset(given), before

@@ -32,7 +32,7 @@ def elements_of(case: CaseInput) -> Grid:
     (ipotcn,) = kind.integers()
     nx, ny = (group.count(k) for k in (0, 1))
     x, y, dx, dy = (group.number(k) for k in range(2, 6))
-    # the other end is given, that of the elements or of their centres
+    # the other end is given: of the elements, or of their centres
     if ipotcn == 2:
         dx = (dx - x) / nx
         dy = (dy - y) / ny
@@ -78,13 +78,15 @@ def _quadratic(values: list[float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def _of_profile(head: Group, heights: list[float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Circular along x; along y linear between points, and beyond them."""
+    """Distance of a profile: circular along x; along y linear between points, and extrapolated
+    beyond.
+    """
     _, axle, radius, first, step = head.numbers()
     if radius == 0 or step <= 0:
         head.refuse("RM, DY1", (radius, step), "must be a radius and a positive distance")
     at = (y - first) / step
     profile = np.array(heights)
-    # the outermost pieces go on beyond the profile
+    # the outermost pieces are extrapolated
     k = np.clip(np.floor(at).astype(int), 0, len(heights) - 2)
     between = profile[k] + (at - k) * (profile[k + 1] - profile[k])
     return np.asarray(between + (x - axle) ** 2 / (2 * radius))
@@ -109,7 +111,7 @@ def sampled(distance: np.ndarray, grid: Grid, **fields: Any) -> SampledDistance:
 
 
 def _far(distance: np.ndarray, grid: Grid) -> float:
-    """A distance that bodies do not come together over."""
+    """Distance that the bodies cannot approach over."""
     dx, dy = grid.sides
     return float(np.max(np.abs(distance), initial=0.0) + grid.nx * dx + grid.rows * dy)
 
@@ -144,7 +146,9 @@ def hertzian(case: CaseInput, bodies: Bodies) -> tuple[Any, Grid]:
 def _hertzian_surface(
     ipotcn: int, first: float, second: float, bodies: Bodies
 ) -> Ellipse | Paraboloids:
-    """By two curvatures, by one and the ratio of the semi-axes, or by the semi-axes."""
+    """Surface for IPOTCN = -1 from two curvatures, for -2 from one and the ratio of the semi-axes,
+    for -3 from the semi-axes.
+    """
     if ipotcn == -3:
         return Ellipse(a=first, b=second)
     if ipotcn == -2:
@@ -236,8 +240,8 @@ def _displacement(bodies: Bodies, grid: Grid, pressure: np.ndarray) -> np.ndarra
 
 
 def ringed(scene: Scene) -> Scene:
-    """The scene with a ring of elements more, over which the bodies do not touch: a contact may
-    then reach the end of the elements that are given.
+    """Scene with one more ring of elements, in which the bodies do not touch: a contact may then
+    reach the last of the given elements.
     """
     grid = scene.grid
     assert isinstance(grid, Grid)

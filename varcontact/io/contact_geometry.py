@@ -21,7 +21,7 @@ from varcontact.io.contact_words import Group, located
 from varcontact.scene.grid import Grid
 
 CONFORMAL = 4
-"""Value of the digit C."""
+"""Value of the digit C for conformal contact."""
 NOT_HERTZIAN = {CONFORMAL: "a conformal contact", 9: "influence numbers of a file"}
 """Bodies of the digit C that have no Hertzian contact."""
 RECIPROCAL = 4
@@ -38,14 +38,14 @@ class Geometry:
     approach: float | None = None
 
     def load_of(self, case: CaseInput) -> dict[str, Any]:
-        """The load of the scene: under a prescribed pressure the approach that goes with it."""
+        """Load of the scene: under a prescribed pressure the corresponding approach."""
         if self.approach is not None:
             return {"approach": self.approach}
         return load_of(case)
 
 
 def geometry_of(case: CaseInput, bodies: Any, before: Geometry | None) -> Geometry:
-    """Elements and undeformed distance; `before` are those of the case before."""
+    """Elements and undeformed distance; `before` is the geometry of the previous case."""
     kind, _ = case.needs("elements", "DISCNS", "the elements", "D = 2")
     (ipotcn,) = kind.integers()
     bound = case.controls["BOUND"]
@@ -92,7 +92,7 @@ def _inclination(case: CaseInput, grid: Grid) -> dict[str, Any]:
 
 
 def _prescribes(case: CaseInput, ipotcn: int) -> bool:
-    """True where B prescribes a pressure that is not that of Hertz's contact."""
+    """True where the digit B prescribes a pressure other than Hertz's."""
     bound = case.controls["BOUND"]
     if bound == 1 and ipotcn < 0:
         case.controls.complain("BOUND", "needs a contact by its distance, IPOTCN > 0")
@@ -111,7 +111,7 @@ def _prescribes(case: CaseInput, ipotcn: int) -> bool:
 
 
 def _check_same_ellipse(case: CaseInput, bodies: Any, before: Geometry, ipotcn: int) -> None:
-    """Refuse semi-axes that are kept for another load or material."""
+    """Refuse semi-axes kept from a case with another load or material."""
     assert case.before is not None
     same = (before.bodies, load_of(case.before)) == (bodies, load_of(case))
     if ipotcn == -3 and not same:

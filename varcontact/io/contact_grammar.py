@@ -20,22 +20,22 @@ Known = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Digit:
-    """A control digit: its values with what each becomes here, or the reason why it is refused."""
+    """Control digit: the meaning of each value here, or the reason why it is refused."""
 
     letter: str
     name: str
-    section: str  # of the user guide
+    section: str  # section of the user guide
     read: dict[int, str]
     refused: dict[int, str] = field(default_factory=dict)
 
     @property
     def supported(self) -> str:
-        """The values that are read, in words."""
+        """Supported values, in words."""
         return ", ".join(f"{value} ({meaning})" for value, meaning in self.read.items())
 
 
 def _passed_over(letter: str, name: str, section: str, most: int) -> Digit:
-    """A digit that concerns output, solvers or debugging alone."""
+    """Digit that concerns only output, solvers or debugging, and is ignored."""
     return Digit(letter, name, section, dict.fromkeys(range(most + 1), "passed over"))
 
 
@@ -67,7 +67,7 @@ SOLUTION = (
         0: "calculate", 1: "calculate", 2: "check the input alone", 3: "skip",
     }),
 )  # fmt: skip
-"""Of the third control word, in both modules."""
+"""Digits of the third control word, in both modules."""
 
 BASIC = (
     (
@@ -193,12 +193,14 @@ class Controls:
         return self["TANG"] in (2, 3)
 
     def refuse(self, name: str, why: str) -> NoReturn:
-        """Raise the error of a digit, with what is supported."""
+        """Raise the error for an unsupported value of a digit, with the supported ones."""
         digit, value, group = self._digits[name]
         group.refuse(f"{digit.letter} ({name})", value, f"{why}; supported: {digit.supported}")
 
     def complain(self, name: str, why: str) -> NoReturn:
-        """Raise the error of a digit whose value is supported, but not here."""
+        """Raise the error for a value of a digit that is supported elsewhere, but not in this
+        case.
+        """
         digit, value, group = self._digits[name]
         group.refuse(f"{digit.letter} ({name})", value, why)
 
@@ -215,7 +217,7 @@ class Controls:
 
 
 def _values(word: str, group: Group) -> list[int]:
-    """The digits of a control word; leading zeros may be left out, or be too many."""
+    """Digits of a control word; leading zeros may be missing or in excess."""
     digits = group.values[0].lstrip("0").zfill(len(word))
     if not group.values[0].isdecimal() or len(digits) > len(word):
         why = f"is not a control word of at most {len(word)} digits"
@@ -252,7 +254,7 @@ class ParameterLine:
 
 @dataclass(frozen=True)
 class Block:
-    """Entries of which some say how many others follow: groups, read by a function."""
+    """Entries of which some give the number of others: groups, read by a function."""
 
     key: str
     section: str
@@ -346,7 +348,7 @@ PLANFORMS = {
     4: "patches that feel each other in part",
 }
 PLANFORM_SIZES = {2: 6, 3: 8}
-"""Numbers of an ellipse, and of two rectangles."""
+"""Number of values that describe an ellipse, and two rectangles."""
 
 
 def _distance(lines: Lines, c: Controls, known: Known) -> tuple[Group, ...]:

@@ -157,7 +157,7 @@ slip_difference='first-order', speed=None)
     file = checks.file_name("path", path)
     inputs, unreadable = read_cases(file)
     readable = inputs
-    if strict and unreadable:  # what is wrong before comes first
+    if strict and unreadable:  # errors in earlier entries come first
         readable = [case for case in inputs if case.number < unreadable[0].number]
     cases = cases_of(readable, strict)
     if unreadable and (strict or not inputs):
@@ -172,7 +172,7 @@ slip_difference='first-order', speed=None)
 
 
 def cases_of(inputs: Sequence[CaseInput], strict: bool) -> list[ContactCase]:
-    """All cases that are to be calculated, as scenes."""
+    """Scenes of all cases that are to be calculated."""
     made: dict[int, _Maker] = {}
     cases: list[ContactCase] = []
     for given in inputs:
@@ -191,7 +191,7 @@ def cases_of(inputs: Sequence[CaseInput], strict: bool) -> list[ContactCase]:
 
 
 class _Maker:
-    """The scene of a case, and what the next one keeps of it."""
+    """Builder of the scene of a case; keeps what the next case reuses."""
 
     def __init__(self, given: CaseInput, before: _Maker | None) -> None:
         self.given = given
@@ -229,7 +229,7 @@ class _Maker:
         )
 
     def make(self) -> None:
-        """Make the scene; a `SceneError` says what has no counterpart."""
+        """Build the scene; a `SceneError` names what is not supported."""
         if self.given.module != 3:
             why = (
                 "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, "
@@ -253,7 +253,7 @@ class _Maker:
         self.scene = scene
 
     def _read(self) -> Geometry:
-        """Bodies, rolling and elements: what the next case may keep."""
+        """Bodies, rolling and elements, which the next case may reuse."""
         rolling = None
         geometry = None
         if self.before is not None:
@@ -267,7 +267,9 @@ class _Maker:
         return self.geometry
 
     def _scene(self, geometry: Geometry) -> Scene:
-        """The case alone; one that goes on from another begins without tractions."""
+        """Scene of the case by itself; a case that continues another starts without tractions
+        here.
+        """
         tang = self.controls["TANG"]
         load = geometry.load_of(self.given)
         parts: dict[str, Any] = {
@@ -311,13 +313,13 @@ class _Maker:
             return Scene(**parts)
 
     def _check_continued(self, geometry: Geometry) -> None:
-        """Find the case from which this one goes on: P = 0 after a case that is calculated."""
+        """Find the case that this one continues: P = 0 after a case that is calculated."""
         if self.controls["TANG"] == STEADY or self.controls["PVTIME"] == 2:
             return
         before = self.before
         while before is not None and not before.given.calculated:
             before = before.before
-        if before is None:  # CONTACT begins anew in a first case
+        if before is None:  # CONTACT starts without tractions in the first case
             return
         if self.controls["PVTIME"] == 1:
             if geometry.bodies.coupled:

@@ -26,20 +26,19 @@ FALLING: dict[int, type[Any]] = {
 }
 """Laws by slip velocity, by the digit L."""
 NUMBERS = 9
-"""Value of the digit C."""
+"""Value of the digit C for influence numbers from a file."""
 SHEET = 1
-"""Value of the digit B."""
+"""Value of the digit B for a thin sheet between the bodies."""
 ROOM = 4
-"""Elements to which numbers reach beyond those of the contact: for a step of rolling, and a ring of
-elements where the contact reaches the end.
-"""
+"""Elements by which influence numbers exceed the contact: for a step of rolling, and for a ring of
+elements where the contact reaches the end."""
 VISCOELASTIC = 1
 LAYERED = 4
 """Values of the digit M."""
 WATT = 1000.0
-"""In N mm/s."""
+"""One watt [N mm/s]."""
 INFINITE_STRENGTH = 1e-10
-"""Yield stress of a third body up to which CONTACT takes it for elastic."""
+"""Yield stress of a third body up to which CONTACT treats it as elastic."""
 
 
 def own_elasticity(case: CaseInput, grid: Grid) -> Elasticity | None:
@@ -63,7 +62,9 @@ def own_elasticity(case: CaseInput, grid: Grid) -> Elasticity | None:
 
 
 def _with_sheet(bodies: Bodies, grid: Grid, flexibility: float) -> Elasticity:
-    """Half-spaces, and between them what each element gives way by its own pressure alone."""
+    """Half-spaces with a thin sheet between them: each element has an extra compliance under its
+    own pressure.
+    """
     dx, dy = grid.sides
     columns = grid.nx + ROOM
     rows = grid.rows + ROOM
@@ -78,7 +79,7 @@ def _with_sheet(bodies: Bodies, grid: Grid, flexibility: float) -> Elasticity:
 
 
 def kept(case: CaseInput, digit: str, keeping: int) -> int:
-    """A digit, or that of the case from which it is kept; 0 where there is none."""
+    """Value of a digit, or of the earlier case from which it is kept; 0 if there is none."""
     found: CaseInput | None = case
     while found is not None and found.controls[digit] <= keeping:
         found = found.before
@@ -190,7 +191,7 @@ def kept_law(case: CaseInput) -> int:
 
 def friction_law(law: int, group: Group, groups: tuple[Group, ...], velocity: float) -> float | Law:
     """One coefficient or law; its memory is in the last of the groups."""
-    # behind the place, where friction varies
+    # after the place, where friction varies
     first_entry = int(group.names[0] in ("ALPHA", "SVF"))
     values = [group.number(k) for k in range(first_entry, len(group.values))]
     if law == 0:
@@ -244,7 +245,7 @@ def _by_row(laws: list[Any], velocity: float) -> FrictionLaw:
     """Laws of rows as one."""
 
     def falling(slip_velocity: np.ndarray) -> np.ndarray:
-        if slip_velocity.shape[0] != len(laws):  # tried once, on an example
+        if slip_velocity.shape[0] != len(laws):  # evaluated once, on an example
             return np.asarray(laws[0](slip_velocity / velocity))
         rows = [law(row / velocity) for law, row in zip(laws, slip_velocity, strict=True)]
         return np.stack(rows)

@@ -1,4 +1,4 @@
-"""How CONTACT solves a case: its methods by control digits, as those of `solve`."""
+"""Methods of `solve` for the control digits by which CONTACT chooses its own."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from varcontact.scene.surfaces import Ellipse, Paraboloids
 CONVEX_GS = 2
 """The control digit G of the one solver of CONTACT that takes any DQ in steady rolling."""
 INITIAL_SLIP = {2: ("relaxation", 2), 3: ("relaxation", 2), 4: ("initial slip", 0)}
-"""Where INISLP is, by the digit G."""
+"""Entry and position of INISLP, by the digit G."""
 SLIP_LAWS = (2, 3, 4)
 """Laws by slip velocity, values of the digit L."""
 SIMPLIFIED = (2, 3)
@@ -26,14 +26,16 @@ BOUNDS = {2: (0, 2, 3, 4), 3: (0, 2, 3, 4), 5: (2, 3)}
 
 
 def steps_by_elements(case: CaseInput) -> bool:
-    """True where CONTACT steps by DX, whatever DQ says: in steady rolling, but for one solver."""
+    """True in steady rolling, in which CONTACT steps by DX whatever DQ is, except with one
+    solver.
+    """
     solver = _solver(case)
     steady = case.controls["TANG"] == STEADY and case.calculated
     return steady and (solver is None or solver.controls["GAUSEI"] != CONVEX_GS)
 
 
 def check_methods(case: CaseInput, geometry: Geometry) -> None:
-    """Refuse prescribed pressures and simplified theories that are not had here."""
+    """Refuse prescribed pressures and simplified theories that are not supported here."""
     bound = case.controls["BOUND"]
     if bound >= 2 and geometry.bodies.coupled:
         why = "with unlike bodies is not supported: here their tractions change the pressure"
@@ -70,7 +72,7 @@ def methods_of(case: CaseInput, surface: Any) -> dict[str, Any]:
 
 
 def simplified_theory_of(case: CaseInput) -> dict[str, Any] | None:
-    """Entries of `SimplifiedTheory` where M = 2 or 3 asks for it."""
+    """Data of `SimplifiedTheory`, if M = 2 or 3 requests it."""
     if case.controls["MATER"] not in SIMPLIFIED:
         return None
     flexibility, slope = flexibility_of(case)
@@ -82,7 +84,7 @@ def simplified_theory_of(case: CaseInput) -> dict[str, Any] | None:
 
 
 def _slips_at_first(case: CaseInput) -> bool:
-    """True where solvers begin with slip all over: INISLP < 0 of G = 2, 3 or 4."""
+    """True where solvers start with slip everywhere: INISLP < 0 for G = 2, 3 or 4."""
     solver = _solver(case)
     if solver is None or case.controls["TANG"] == NO_MOTION:
         return False
@@ -91,7 +93,7 @@ def _slips_at_first(case: CaseInput) -> bool:
 
 
 def _solver(case: CaseInput) -> CaseInput | None:
-    """The case whose solver is kept, or this one."""
+    """Case from which the solver is kept, or this case."""
     found: CaseInput | None = case
     while found is not None and found.controls["GAUSEI"] == 1:
         found = found.before

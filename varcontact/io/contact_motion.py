@@ -29,7 +29,7 @@ class Rolling:
 
 
 def rolling_of(case: CaseInput, before: Rolling | None) -> Rolling:
-    """Rolling as it is given, or kept from the case before."""
+    """Rolling as given, or as kept from the previous case."""
     if not case.controls.rolls:
         return Rolling()
     if "rolling" not in case.given:
@@ -56,7 +56,7 @@ def rigid_of(
     case: CaseInput, friction: Any, bodies: Any
 ) -> tuple[dict[str, Any], tuple[float, float | None] | None]:
     """Creepages or shifts and forces, by the names of the motion; and forces as parts of the normal
-    force, where that is not known before the pressure is.
+    force, if that is known only with the pressure.
     """
     first, second, spin = _about_origin(case)
     names = ("ux", "uy", "rotation")

@@ -19,7 +19,7 @@ CASE = re.compile(r"\s*Case\s+(\d{1,9})\b(?:.*\bresult element\s+(\d{1,9})\b)?")
 WHEEL = re.compile(r"\s*WHEEL-\w+ CONTACT, (LEFT|RIGHT) WHEEL,\s*(\d{1,9}) CONTACT PATCH")
 PATCH = re.compile(r"\s*-----\s*DATA FOR CONTACT PATCH\s+(\d{1,9})\b")
 PROFILE = re.compile(r'\s*(?:RAIL|ROLLER|WHEEL) PROFILE "')
-"""Before tables of the same names for both profiles, which are left out."""
+"""Heading of the tables of rail and wheel profiles, which are skipped."""
 BLOCK = re.compile(r"\s*SUBSURFACE STRESSES BLOCK")
 EXTREME = re.compile(r"\s*(?:ABSMAX|MAX|MIN)\s+(SIG\w+)\s*=\s*(\S+)\s+AT")
 TOTAL_TIME = re.compile(r"^\|Total(?:\s*\|\s*[0-9.]+){3}\s*\|\s*([0-9.]+)", re.MULTILINE)
@@ -30,9 +30,9 @@ CAPITALS = re.compile(r"(?:CREEP |SHIFT )?[A-Z][A-Z0-9_./,()]*$")
 FORCES = ("FN", "FX", "APPROACH")
 STOPPED = re.compile(r"\s*(Input: ERROR|ERROR\b|Errors found)")
 CURVED = "BAR_"
-"""Before FN, FX and FS of conformal patches: sums of components along the curved surface."""
+"""Prefix of FN, FX and FS of conformal patches: sums of components along the curved surface."""
 OVERFLOW = re.compile(r"\*+$|NaN$|[+-]?Infinity$", re.IGNORECASE)
-"""What does not fit its place, or is no number."""
+"""Words printed for a number that does not fit its field, for NaN and for infinity."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,10 +32,11 @@ HEADER = ("MX", "MY", "XL", "YL", "DX", "DY", "CHI", "DQ", "T", "M", "GG1", "GG2
 COLUMNS = ("I", "IGS", "PN", "PX", "PY")
 STATES = (0, 1, 2, 3)
 OTHER_BODIES = {1: "viscoelastic", 4: "with an interfacial layer"}
-"""MATER of bodies that are no elastic half-spaces; simplified theories (2, 3, 5) are compared with
-half-spaces."""
+"""Values of MATER for bodies other than elastic half-spaces; simplified theories (2, 3, 5) are
+compared with half-spaces."""
 ROUNDED = 1e-3
-"""By what part of an element positions in the file may be rounded."""
+"""Rounding of numbers in the file: of positions relative to an element's side, of others
+relative."""
 LAYOUT = "this is not the layout of CONTACT's user guide"
 
 
@@ -96,7 +97,7 @@ class ContactResult:
 
     @property
     def _area(self) -> float:
-        """Of an element."""
+        """Area of an element."""
         return self.values["DX"] * self.values["DY"]
 
     @checks.named_options()

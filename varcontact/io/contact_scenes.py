@@ -60,7 +60,7 @@ class ContactCase:
 
 
 def scenes_of(cases: Sequence[ContactCase]) -> list[Scene]:
-    """The scenes of cases, those together that continue each other on the same elements."""
+    """Scenes of cases; cases that continue each other on the same elements make one history."""
     scenes: list[Scene] = []
     for sequence in _sequences(cases):
         first = sequence[0]

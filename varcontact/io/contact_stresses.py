@@ -32,7 +32,7 @@ def points_of(groups: Sequence[Group], grid: Grid) -> tuple[np.ndarray, ...]:
 
 
 def _block(isubs: int, groups: Sequence[Group], grid: Grid) -> np.ndarray:
-    """All columns and rows of the elements, some of them, or places of their own."""
+    """Columns and rows of a block: all of the elements, some of them, or separate places."""
     if isubs == 9:
         x, y, z = (np.sort(group.numbers()) for group in groups)
     else:
@@ -116,7 +116,7 @@ def extremes(field: SubsurfaceStress) -> dict[str, float]:
 
 
 def _farthest(values: np.ndarray) -> float:
-    """That farthest from zero."""
+    """Value farthest from zero, with its sign."""
     flat = values.ravel()
     return float(flat[np.abs(flat).argmax()])
 

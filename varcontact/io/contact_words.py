@@ -24,17 +24,17 @@ from varcontact.system.files import text_of
 
 INTEGER = re.compile(r"[+-]?[0-9]{1,15}$")
 WORD = re.compile(r"'[^']*'|[%!].*|[^,\s%]+")
-"""Of a line: names in quotes may have blanks, a per cent sign or an exclamation mark begins a
-comment."""
+"""Pattern of the words of a line: names in quotes may contain blanks; a per cent sign or an
+exclamation mark begins a comment."""
 NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[edq]?([+-][0-9]+)|[edq]([0-9]+))?$")
-"""A number of Fortran: its exponent may have a D or Q, and needs no letter where it has a sign."""
+"""Pattern of a Fortran number: the exponent may begin with D or Q, or with its sign alone."""
 REPEATED = re.compile(r"([0-9]{1,9})\*([^*]+)$")
-"""A value that stands for several."""
+"""Pattern of a value that stands for several."""
 
 
 @dataclass(frozen=True)
 class Group:
-    """Values that belong together, as text."""
+    """Values read together, as text."""
 
     path: str
     line: int  # where they begin
@@ -43,7 +43,7 @@ class Group:
     optional: tuple[str, ...] = ()  # values that may follow on the last line, and do
 
     def refuse(self, name: str, value: object, why: str) -> NoReturn:
-        """Say where which entry is, and what is wrong with it."""
+        """Raise an error that names the place, the entry and what is wrong."""
         raise SceneError(
             name, value, message=f"{self.path}, line {self.line}: {name} = {value} {why}"
         )
@@ -93,7 +93,7 @@ class Group:
         return number_of(self.optional[k]) or 0.0
 
     def check_value(self, k: int, allowed: Container[int]) -> None:
-        """Refuse a choice that the format has not."""
+        """Refuse a value that the format does not have."""
         value = self.integers()[k]
         if value not in allowed:
             choices = ", ".join(map(str, allowed))  # type: ignore[call-overload]
@@ -122,7 +122,7 @@ def angle_of(text: str) -> float | None:
 
 @contextmanager
 def located(group: Group) -> Iterator[None]:
-    """Errors within get the line of the group."""
+    """Add the line of the group to errors raised within."""
     try:
         yield
     except SceneError as error:
@@ -153,8 +153,8 @@ FORMS: dict[str, tuple[str, Callable[[str], bool]]] = {
     "w": ("", lambda word: True),
     "s": ("is not a name in quotes", lambda word: word[0] == word[-1] == "'" and len(word) > 1),
 }
-"""By the type of an entry what is wrong with a word, and whether it is one: numbers, angles, whole
-numbers, names, any word."""
+"""Error in words and test of a word, by type of entry: number, angle, whole number, any word, name
+in quotes."""
 
 
 @cache
@@ -169,8 +169,8 @@ def _entries(specification: str) -> tuple[tuple[str, ...], str, int]:
 
 
 class Lines:
-    """A text file, read group by group: each begins on a line of its own, and may go on over
-    several.
+    """Text file, read group by group: each begins on a line of its own and may continue over
+    several lines.
     """
 
     def __init__(self, path: Path) -> None:
@@ -233,7 +233,7 @@ class Lines:
             self.left.popleft()
 
     def check_left(self, name: str, count: int) -> None:
-        """Refuse an array that is longer than the file, as damage may promise it."""
+        """Refuse an array longer than the rest of the file, which a damaged size may announce."""
         left = 0
         for _, words in self.left:
             left += len(words)
@@ -247,8 +247,8 @@ class Lines:
             )
 
     def _check_rest(self, group: Group, rest: Sequence[str]) -> None:
-        """Refuse a number behind the values, which would not be read: a line has lost one before,
-        or has one too many.
+        """Refuse a number after the last value, which would be ignored: the line has lost one
+        before it, or has one too many.
         """
         if rest and NUMBER.match(rest[0].lower()):
             names = ", ".join(group.names[:6])
@@ -264,7 +264,7 @@ class Lines:
 
 
 MOST_BYTES = 2**28
-"""Of an input file, whose distances may be given element by element."""
+"""Largest size of an input file [bytes]; its distances may be given element by element."""
 
 
 MOST_ELEMENTS = 10_000_000

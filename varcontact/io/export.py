@@ -67,7 +67,7 @@ def dataframe(sol: Solution) -> pd.DataFrame:
 
 
 def units_by_name(sol: Solution) -> dict[str, str]:
-    """Units of columns and of single numbers; in words where the scene names none."""
+    """Units of columns and of single numbers; in words if the scene names no units."""
     units = sol.scene.units or IN_WORDS
     shift = sol.motion is not None and sol.motion.rolls == 0
     return {
@@ -211,4 +211,5 @@ EXPORTS: dict[str, tuple[Callable[[Solution], bytes], bytes]] = {
     ".mat": (_to_mat, MAT_HEAD),
     ".html": (html_page, HEAD),
 }
-"""By the ending of a file the bytes of a solution, and how it begins, as a regular expression."""
+"""Export formats by file ending: the function that makes the bytes of a solution, and the pattern
+of how they begin."""

@@ -73,7 +73,7 @@ class Stored(Sequence[Solution]):
     def recording(
         cls, path: Path, scene: Scene, plan: Plan, settings: dict[str, Any]
     ) -> Iterator[Stored]:
-        """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the
+        """Open a file for appending, exclusively: a new one, or one with the first steps of the
         same history.
         """
         files.check_writable("store", path, (".nc",))
@@ -98,7 +98,7 @@ class Stored(Sequence[Solution]):
 
     @classmethod
     def read(cls, path: Path) -> Stored:
-        """The steps in a file that is there."""
+        """Steps of an existing file."""
         with _file(path) as file:
             form = getattr(file, "format", b"").decode(errors="replace")
             if form not in (HISTORY_FORMAT, *EARLIER_HISTORIES):
@@ -135,8 +135,8 @@ class Stored(Sequence[Solution]):
         count = _count(self.path)
         size = self.path.stat().st_size
         if layout is not None:
-            # behind the steps that count is a part of the next one at most; others may add steps
-            # meanwhile
+            # after the complete steps there may be a part of the next one; other processes may add
+            # steps
             most = layout.begin + (_count(self.path) + 1) * layout.size
             if not layout.begin + count * layout.size <= size <= most:
                 raise OutputError(
@@ -156,7 +156,9 @@ class Stored(Sequence[Solution]):
             return self.measured(k, before, sol)
 
     def check(self, steps: Iterable[int] | None = None) -> None:
-        """Refuse steps, by default any, that are not as they were written."""
+        """Refuse steps, by default any of them, whose bytes have changed since they were
+        written.
+        """
         layout = _layout(self.path)
         if layout is not None:
             with files.reading(self.path, "cannot be read"):
@@ -209,7 +211,7 @@ class Stored(Sequence[Solution]):
 
 
 def save(history: History, path: str | Path, overwrite: bool = False) -> None:
-    """Write a history to a file, whole or not at all."""
+    """Write a history to a file atomically."""
     path = checks.file_name("path", path)
     check_history_file("path", path, overwrite)
     if len(history) == 0:
@@ -233,7 +235,7 @@ def dataset(history: History) -> xr.Dataset:
         raise OutputError("history", "to_xarray", "no step of the history is finished")
     steps = history.solutions
     source: Path | BytesIO
-    if isinstance(steps, Stored):  # of which only what is asked for is read
+    if isinstance(steps, Stored):  # data are read only on request
         steps.check()
         source = steps.path
     else:
@@ -263,21 +265,21 @@ def _write(history: History, file: BinaryIO) -> None:
 
 
 def _is_of_today(path: Path) -> bool:
-    """True for a file to which this version may add steps."""
+    """True for a file in the current format, to which steps can be added."""
     with _file(path) as file:
         return bool(getattr(file, "format", b"").decode(errors="replace") == HISTORY_FORMAT)
 
 
 def _layout_by_header(path: Path) -> Layout | None:
-    """The places of the steps in a file as its header tells them: a step is added without reading
-    the header of all.
+    """Layout of the steps from the header, without verifying it: adding a step must not read the
+    whole header.
     """
     with files.reading(path, "cannot be read"):
         return layout_of(path)
 
 
 def _layout(path: Path) -> Layout | None:
-    """The places of the steps in a file whose header is as it was written."""
+    """Layout of the steps in a file whose header is verified."""
     with files.reading(path, "cannot be read"):
         return checked_layout(path)
 
@@ -291,18 +293,16 @@ def _count(path: Path) -> int:
 
 @contextmanager
 def _file(path: Path) -> Iterator[Any]:
-    """A file of ours with a whole header, open; nothing of it is in memory but what is asked
-    for.
-    """
+    """Open history file with a verified header; data are read only on request."""
     from scipy.io import netcdf_file
 
     _layout(path)
-    # scipy maps it before it reads how many steps there are: one may come in between
+    # scipy maps the file before it reads the number of steps: one may be added in between
     for left in reversed(range(10)):
         try:
             file = netcdf_file(path, "r", mmap=True)
             break
-        except Exception as error:  # whatever scipy makes of damaged bytes
+        except Exception as error:  # scipy may raise anything for damaged bytes
             if left == 0:
                 raise OutputError(
                     "path", path, f"cannot be read as netCDF ({files.first_line(error)})"
@@ -316,8 +316,8 @@ def _entry(file: Any, name: str) -> Any:
 
 
 def _identity(stored: Stored) -> tuple[str, bytes]:
-    """What has to be the same where a history goes on: scene, methods and settings, and the start
-    of its bodies.
+    """Data that must agree for a history to be continued: scene, methods and settings, and the
+    initial state of the bodies.
     """
     methods = {name: value for name, value in stored.plan.record().items() if name != "reasons"}
     start = getattr(stored.scene.motion, "start", None)

@@ -1,6 +1,4 @@
-"""A solution as one web page that needs nothing beside it: values, picture, certificate, scene and
-command.
-"""
+"""Solution as a self-contained web page: values, picture, certificate, scene and command."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ class _Lines:
     at: int = field(default=0, init=False)
 
     def refuse(self, what: str) -> NoReturn:
-        """Say on which line what is wrong."""
+        """Raise an error that names the line and what is wrong."""
         message = f"{self.path}, line {self.at}: {what}"
         raise SceneError("path", self.path, message=message)
 

@@ -24,16 +24,16 @@ class Labelled:
     """
 
     more_formats: ClassVar[Mapping[str, tuple[Callable[[Any], bytes], bytes]]] = {}
-    """By ending the bytes of a file beside `.nc` and `.csv`, and how it begins, as a regular
-    expression."""
+    """File formats besides `.nc` and `.csv`, by ending: the function that makes the bytes, and the
+    pattern of how they begin."""
 
     def to_xarray(self) -> xr.Dataset:
         """The numbers with names, coordinates and units."""
         raise NotImplementedError
 
     def to_dataframe(self) -> pd.DataFrame:
-        """The same as a table, coordinates as columns, without rows that are empty; `attrs` has the
-        units by column.
+        """Data as a table, coordinates as columns, without empty rows; `attrs` has the units by
+        column.
         """
         data = self.to_xarray()
         columns = [str(name) for name in data.data_vars]
@@ -69,7 +69,7 @@ class Labelled:
 
 
 def _numbers_of(data: xr.Dataset, columns: list[str]) -> list[str]:
-    """Columns that vary along all dimensions: where they are missing, a row is empty."""
+    """Columns that vary along all dimensions: a row without any of them is empty."""
     most = max((data[name].ndim for name in columns), default=0)
     return [name for name in columns if data[name].ndim == most]
 
@@ -83,7 +83,7 @@ def _csv(result: Labelled) -> bytes:
 
 
 def _head(result: Labelled) -> bytes:
-    """How a table begins: with the names of its columns."""
+    """Pattern of the first line of a table: the names of its columns."""
     columns = result.to_dataframe().columns
     return re.escape(",".join(columns).encode())
 

@@ -20,7 +20,7 @@ from varcontact.system.files import check_replaceable, write_whole
 
 CBF_HEAD = "# convex program by varcontact"
 NPZ_HEAD = "varcontact"
-"""First entry of an archive, by which it is known."""
+"""First entry of an archive, by which it is recognised."""
 CBF_CONES = {"zero": "L=", "nonnegative": "L+", "second_order": "Q"}
 """Cones by their names in CBF."""
 FORMATS = {

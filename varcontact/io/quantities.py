@@ -1,5 +1,5 @@
-"""What is written of solutions and sweeps, by name: dimensions or none, the quantity, whose unit it
-has, and words.
+"""Quantities of solutions and sweeps in files, by name: dimensions if any, the quantity that gives
+the unit, and a description.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ CARRIED = {
 }
 """Quantities that particles carry."""
 OPTIONAL = {"pressure_on_parts": (PARTS, "pressure", "normal traction, on parts of elements")}
-"""Fields that some have: elements in part."""
+"""Fields that only some solutions have: on parts of elements."""
 EARLIER = {"plastic": ("flow", *ELEMENTS)}
 """Fields of earlier versions: plastic displacement and yield stress in one."""
 
@@ -70,7 +70,7 @@ NUMBERS = {
     "Fy_bound": ("force", "bound on the error of Fy on this grid"),
     "Mz_bound": ("moment", "bound on the error of Mz on this grid"),
 }
-"""By name the quantity, and what it is."""
+"""Quantity that gives the unit, and description, of each number by its name."""
 COUNTS = {
     "contact": ("1", "elements in contact"),
     "stick": ("1", "elements that stick"),
@@ -81,4 +81,4 @@ ERRORS = {
     f"{name}_error": (NUMBERS[name][0], f"error bar of {name}")
     for name in ("Fx", "Fy", "Mz", "vx", "vy")
 }
-"""Error bars, of sweeps to an accuracy or within a time."""
+"""Error bars of sweeps to an accuracy or within a time."""

@@ -58,36 +58,37 @@ if TYPE_CHECKING:
 
 MAGIC = b"CDF\x02"
 CHECK_BYTES = 4
-"""Of the checksum at the end of a step."""
+"""Size of the checksum at the end of a step [bytes]."""
 COUNT_AT = 4
 """Place of the number of records in a classic netCDF file: four bytes, the highest first."""
 HISTORY_FORMAT = "varcontact history 3"
 SWEEP_FORMAT = "varcontact sweep 3"
 EARLIER_HISTORIES = ("varcontact history 1", "varcontact history 2")
-"""Formats that are read only: without checksums, and with other fields that particles carry."""
+"""Formats that can only be read: without checksums, and with other fields carried by particles."""
 LAYOUT = "steps of {:012d} bytes from {:012d}, sha256 {}"
 """Text in the header of a history: size and place of its steps, and the checksum of the header."""
 LAYOUT_PATTERN = re.compile(rb"steps of (\d{12}) bytes from (\d{12}), sha256 ([0-9a-f]{64})")
 NO_DIGEST = "0" * 64
 LAYOUT_WITHIN = 4096
-"""Bytes from the beginning within which a header has that text: dimensions come before it."""
+"""Bytes from the beginning of a file within which its header has the layout: dimensions come
+first."""
 INDEX_MARK = b"\nvarcontact sweep index "
-"""Between the netCDF-4 file of a sweep and its index."""
+"""Marker between the netCDF-4 file of a sweep and its index."""
 NOT_AS_WRITTEN = "its bytes are not those that were written"
 
 # Steps of a history
 RECORD = 2048
 """Characters for the certificate, methods and times of a step."""
 RECORD_OF_PASSES = 8192
-"""The same with passes, or an estimate of its error."""
+"""Characters for the certificate, methods and times of a step with passes or an error estimate."""
 BIG_ENDIAN = {"b": ">i1", "d": ">f8"}
 """The types of a netCDF file, whose numbers have the highest byte first."""
 FILL = b"\x81"
-"""What netCDF fills up fields of bytes with."""
+"""Fill value of netCDF for fields of bytes."""
 LAST_PASSES = 100
-"""Passes that are kept, the last ones."""
+"""Largest number of passes that are stored, the last ones."""
 LONGEST_WORD = 200
-"""Characters of a solver's message."""
+"""Longest message of a solver that is stored [characters]."""
 SERIES = {
     **FIELDS,
     "friction_work": (
@@ -158,7 +159,7 @@ def history_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: So
     variable.long_name = "CRC-32 of the other values of the step"
     file.flush()
     written = buffer.getvalue()
-    buffer.close()  # else the file writes itself once more when it goes, where Ctrl-C would be lost
+    buffer.close()  # else it writes the file again when deleted, where a Ctrl-C would be lost
     step = step_to_bytes(scene, plan, sol)
     return with_layout(written[: -file._recsize], len(step)) + step
 
@@ -194,7 +195,7 @@ def _record_length(scene: Scene, plan: Plan, sol: Solution) -> int:
 
 
 class Layout(NamedTuple):
-    """Where the steps in the file of a history are [bytes]."""
+    """Size of a step and place of the first one in the file of a history [bytes]."""
 
     size: int
     begin: int
@@ -218,9 +219,7 @@ def header_digest(header: bytes) -> bytes:
 
 
 def layout_of(path: Path) -> Layout | None:
-    """The places of a history's steps, as its header tells them; None without any: of the format
-    before.
-    """
+    """Layout of a history's steps from its header; None for an earlier format without it."""
     with path.open("rb") as file:
         found = LAYOUT_PATTERN.search(file.read(LAYOUT_WITHIN))
     if found is None:
@@ -229,7 +228,9 @@ def layout_of(path: Path) -> Layout | None:
 
 
 def checked_layout(path: Path) -> Layout | None:
-    """The same, from a header whose checksum fits."""
+    """Size and place of a history's steps, from a header whose checksum is correct; None without
+    any.
+    """
     layout = layout_of(path)
     if layout is None:
         return None
@@ -242,7 +243,7 @@ def checked_layout(path: Path) -> Layout | None:
 
 
 def check_steps(path: Path, layout: Layout, steps: Iterable[int]) -> None:
-    """Refuse steps whose checksum does not fit."""
+    """Refuse steps with a wrong checksum."""
     with path.open("rb") as file:
         for k in steps:
             file.seek(layout.begin + k * layout.size)
@@ -255,7 +256,9 @@ def check_steps(path: Path, layout: Layout, steps: Iterable[int]) -> None:
 
 
 def record_type(settings: Mapping[str, Any], coordinates: Container[Any] = ()) -> np.dtype:
-    """The entries of a scene that are not coordinates, such as a load that varies."""
+    """Data type of the record of a scene: all numbers that are not coordinates, outcome, reason and
+    checksum.
+    """
     numbers = NUMBERS | (ERRORS if {"accuracy", "time_budget"} & settings.keys() else {})
     return np.dtype(
         [(name, "f8") for name in numbers if name not in coordinates]
@@ -265,7 +268,7 @@ def record_type(settings: Mapping[str, Any], coordinates: Container[Any] = ()) -
 
 
 def blank(scenes: int, record: np.dtype) -> np.ndarray:
-    """Records of scenes that are not solved."""
+    """Records of scenes that are not solved yet."""
     records = np.zeros(scenes, record)
     for name in record.names or ():
         if record[name].kind == "f":
@@ -274,7 +277,7 @@ def blank(scenes: int, record: np.dtype) -> np.ndarray:
 
 
 def checksums(records: np.ndarray) -> np.ndarray:
-    """Of each record, but for the checksum at its end."""
+    """CRC-32 of each record without its trailing checksum."""
     size = records.dtype["check"].itemsize
     return np.array(
         [zlib.crc32(record.tobytes()[:-size]) for record in records], records.dtype["check"]
@@ -282,7 +285,7 @@ def checksums(records: np.ndarray) -> np.ndarray:
 
 
 def finished(records: np.ndarray) -> np.ndarray:
-    """Which records are of scenes that are solved, or have failed, and are whole."""
+    """Mask of complete records, of scenes that are solved or have failed."""
     return np.isin(records["outcome"], np.array(OUTCOMES, "S")) & (
         records["check"] == checksums(records)
     )
@@ -326,8 +329,8 @@ def tabulated(
 def sweep_file(
     path: Path, records: np.ndarray, coordinates: xr.Coordinates, described: dict[str, Any]
 ) -> Iterator[tuple[np.ndarray, Callable[[int, np.ndarray], None]]]:
-    """The file of the same sweep, or a new one, for nobody else meanwhile: its records, and a
-    function to put some.
+    """Open the file of the same sweep, or a new one, exclusively: its records, and a function that
+    stores some.
 
     These are put behind each other from a number on, and forced to the disk; what other readers go
     by comes last.
@@ -383,8 +386,8 @@ def _changed_settings(stored: dict[str, Any], described: dict[str, Any]) -> str:
 
 
 def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, Any]]:
-    """The records of a sweep, those that are not whole as if nothing were there; their coordinates,
-    and what it is.
+    """Records of a sweep, blank where they are damaged; their coordinates, and the description of
+    the sweep.
 
     By h5py: xarray opens each of the thirty variables, which takes twenty times as long.
     """
@@ -409,7 +412,7 @@ def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, A
 
 
 def _coordinates(file: h5py.File) -> xr.Coordinates:
-    """What is varied in the sweep of a netCDF-4 file: values, units and names."""
+    """Coordinates of the sweep in a netCDF-4 file: values, units and names."""
     import h5py
     import xarray as xr
 
@@ -430,8 +433,8 @@ Index = dict[str, tuple[int, int]]
 
 
 def with_index(content: bytes, names: Iterable[str]) -> bytes:
-    """The file of a sweep, with the places of the values of these names behind it, and the checksum
-    of the rest.
+    """File of a sweep followed by its index: the places of the values of these names, and the
+    checksum of everything else.
     """
     import h5py
 
@@ -443,7 +446,7 @@ def with_index(content: bytes, names: Iterable[str]) -> bytes:
 
 
 def index_digest(content: bytes | memoryview, index: Index) -> str:
-    """SHA-256 of what never changes in the file of a sweep: its index, and all bytes but the
+    """SHA-256 of the parts of a sweep file that never change: the index, and all bytes except the
     values.
     """
     digest = hashlib.sha256(json.dumps(index).encode())
@@ -456,9 +459,7 @@ def index_digest(content: bytes | memoryview, index: Index) -> str:
 
 
 def checked_index(path: Path) -> Index:
-    """The places of the values in the file of a sweep, whose other bytes are as they were
-    written.
-    """
+    """Places of the values in the file of a sweep, after a check of all other bytes."""
     check_regular("path", path)
     with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
         end = content.rfind(INDEX_MARK)

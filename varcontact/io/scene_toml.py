@@ -91,9 +91,9 @@ PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
 }
 """Class of the tables of an entry, or classes by their kinds."""
 NUMBERS = {"file", "sha256"}
-"""Keys of tables that are numbers: of another file, or with their checksum."""
+"""Keys of a table that stands for numbers: a file name, or a checksum."""
 NO_NUMBER = "none"
-"""Stands for None in a TOML file, which has no null: the entry is not given in this step."""
+"""Word for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = (
     "method",
     "normal",
@@ -399,7 +399,7 @@ def scene_text(scene: Scene) -> str:
 
 
 def save_scene(scene: Scene, path: str | Path, overwrite: bool = False) -> None:
-    """Write a scene file, whole or not at all, see `Scene.save`."""
+    """Write a scene file atomically, see `Scene.save`."""
     path = checks.file_name("path", path)
     check_replaceable("path", path, (".toml",), "scene", WRITTEN.encode(), overwrite)
     write_whole("path", path, scene_text(scene).encode())

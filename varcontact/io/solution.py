@@ -44,17 +44,18 @@ if TYPE_CHECKING:
 
 FORMAT = "varcontact solution 2"
 EARLIER_FORMAT = "varcontact solution 1"
-"""The format with plastic displacement and yield stress in one field, which is read only."""
+"""Earlier format, with plastic displacement and yield stress in one field; it can only be read."""
 AS_STORED = "the certificate is as stored in the file, not measured again"
 
 CORRECTED = "traction_on_parts"
-"""A field of solutions that earlier versions corrected towards the continuum, with ``refine``."""
+"""Field by which solutions are recognised that earlier versions corrected towards the continuum
+(``refine``)."""
 
 DERIVED = ("traction_bound", "normal_force", "force", "moment")
-"""Fields that are not read: they follow from the others."""
+"""Fields that are not read, as they follow from others."""
 READ = [name for name in {**FIELDS, **OPTIONAL, **CARRIED, **EARLIER} if name not in DERIVED]
 AS_IT_IS = ("converged", "iterations", "status", "timing")
-"""Entries of the record that are those of a solution."""
+"""Entries of the record that a solution takes over unchanged."""
 SIZES = {"component": 2, "rigid": 3, "axis": 3, "flow": 3}
 MAY_BE_UNKNOWN = ("power_density", "approach", "creepage")
 ROUNDED = 1e-9
@@ -97,8 +98,8 @@ def dataset(sol: Solution) -> xr.Dataset:
 def variables_of(
     sol: Solution, fields: Mapping[str, Any], shift: bool
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and how
-    they were found.
+    """Variables for some of the `FIELDS`, including those on parts of elements; their coordinates;
+    and the record of the solution.
     """
     units = sol.scene.units or IN_WORDS
     line = sol.scene.line
@@ -137,9 +138,7 @@ def variables_of(
 
 
 def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool = False) -> None:
-    """Write a solution to a file in the format of its ending, whole or not at all, see
-    `Solution.save`.
-    """
+    """Write a solution to a file in the format of its ending, atomically, see `Solution.save`."""
     path = checks.file_name(field, path)
     check_solution_file(field, path, overwrite)
     write_whole(field, path, FORMATS[path.suffix.lower()][0](sol))
@@ -152,9 +151,7 @@ def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
 
 
 def read(path: str | Path) -> Solution | History:
-    """A solution or a history from its file, as it is stored: fields that no solution can have are
-    refused.
-    """
+    """Solution or history as stored in its file; impossible fields are refused."""
     from varcontact.io.history import Stored
     from varcontact.io.records import MAGIC
 
@@ -228,8 +225,8 @@ def refuse_corrected(path: Path, variables: Container[Any]) -> None:
 def assembled(
     scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], record: dict[str, Any]
 ) -> Solution:
-    """A solution from the variables of `READ` that a file has, and its record; ValueError for what
-    none can be.
+    """Solution from the variables of `READ` in a file and its record; ValueError for impossible
+    ones.
     """
     _check_fields(grid, found)  # `load` certifies the values
     certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3}
@@ -257,7 +254,7 @@ def assembled(
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
         warnings=tuple(str(warning) for warning in record.get("warnings", [])),
-        # files written before these were counted have neither
+        # absent in files written before these were counted
         solved_by=dict(record.get("solved_by", {})),
         calls={
             problem: {name: Calls(**each) for name, each in solvers.items()}
@@ -356,8 +353,8 @@ def _check_statistics(sol: Solution) -> None:
 
 
 MARK = b"\nvarcontact sha256 "
-"""Between a file's bytes and their checksum, where netCDF and HDF5 do not look: HDF5 has none over
-the whole file."""
+"""Marker between a file's bytes and their checksum, where netCDF and HDF5 do not read: HDF5 has no
+checksum over the whole file."""
 
 
 def with_checksum(content: bytes) -> bytes:
@@ -366,8 +363,7 @@ def with_checksum(content: bytes) -> bytes:
 
 
 def without_checksum(content: bytes) -> bytes:
-    """The bytes of a file without the checksum, which they have to fit; as they are, where there is
-    none.
+    """Bytes of a file without their checksum, after checking it; unchanged if there is none.
 
     A file that another program has written anew has none.
     """
@@ -378,5 +374,5 @@ def without_checksum(content: bytes) -> bytes:
 
 
 FORMATS = {".nc": (solution_to_bytes, rb"\x89HDF.*varcontact solution "), **EXPORTS}
-"""By the ending of a file the function that makes its bytes, and how it begins, as a regular
-expression."""
+"""File formats by ending: the function that makes the bytes of a solution, and the pattern of how
+they begin."""

@@ -1,6 +1,4 @@
-"""TOML files as tables: read, and their entries checked; whatever is wrong becomes an error that
-names it.
-"""
+"""TOML files as tables: reading and checking of entries; every error names the entry."""
 
 from __future__ import annotations
 
@@ -16,7 +14,7 @@ from varcontact.errors import SceneError
 from varcontact.system.files import SCENE_BYTES, first_line, regular, text_of
 
 MOST_VALUES = 1_000_000
-"""Values of an entry that varies."""
+"""Largest number of values of an entry that varies."""
 
 
 def read_toml(path: str | Path, kind: str) -> tuple[dict[str, Any], Path]:
@@ -27,20 +25,20 @@ def read_toml(path: str | Path, kind: str) -> tuple[dict[str, Any], Path]:
     text = text_of(kind, path, SCENE_BYTES, "a TOML file")
     try:
         return tomllib.loads(text), path.parent
-    except (RecursionError, ValueError) as error:  # also a number of thousands of digits
+    except (RecursionError, ValueError) as error:  # also for a number of thousands of digits
         message = f"{kind} {str(path)!r} is not a TOML file ({first_line(error)})"
         raise SceneError(kind, str(path), "a TOML file", message=message) from None
 
 
 def table_of(name: str, value: Any) -> Mapping[str, Any]:
-    """The value of an entry that has to be a table."""
+    """Value of an entry that must be a table."""
     if not isinstance(value, Mapping):
         raise SceneError(name, value, f"a table, [{name}]")
     return value
 
 
 def needed(name: str, table: Mapping[str, Any], key: str) -> Any:
-    """An entry that has to be there."""
+    """Value of an entry that must be present."""
     if key not in table:
         raise SceneError(f"{name}.{key}", None, "given")
     return table[key]
@@ -49,8 +47,8 @@ def needed(name: str, table: Mapping[str, Any], key: str) -> Any:
 def check_keys(
     name: str, table: Mapping[str, Any], known: Iterable[str], taken: Iterable[str] = ()
 ) -> None:
-    """Refuse keys that are not known; the error has the nearest one that is, or all of them where
-    none is near. Keys that are already `taken` out of the table are named, too.
+    """Refuse unknown keys; the error suggests the nearest key that may be given, or lists all of
+    them if none is near. They include those already `taken` out of the table.
     """
     for key in table:
         if key not in known:
@@ -94,7 +92,9 @@ def number_range(field: str, table: Mapping[str, Any]) -> list[float]:
 
 
 def file_named(field: str, value: Any, folder: Path | None) -> Path:
-    """A file that another file names: a regular one, sought beside it."""
+    """File named in another file, relative to that file's folder; refused if it is not a regular
+    file.
+    """
     if folder is None:
         raise SceneError(
             field,

@@ -152,7 +152,7 @@ def _filled(name: str, known: Mapping[str, object]) -> str:
 
 
 def _entries(book: TableBook | None) -> dict[str, object]:
-    """What the templates leave open."""
+    """Values of the placeholders in the templates, by name."""
     book = book_of(book)
     least, greatest = book.range
     if least < np.exp(-END) or greatest > np.exp(END):
@@ -190,7 +190,7 @@ def _entries(book: TableBook | None) -> dict[str, object]:
 
 
 def _numbers(values: np.ndarray) -> str:
-    """An initialiser, in lines."""
+    """C initialiser with the numbers, in lines."""
     texts = [repr(value) for value in values.ravel().tolist()]
     return ",\n".join(",".join(texts[k : k + 20]) for k in range(0, len(texts), 20))
 
@@ -214,7 +214,7 @@ def _compiled(sources: Mapping[str, str]) -> bytes | None:
 def _written(
     folder: str | Path, contents: Mapping[str, bytes], overwrite: bool, field: str
 ) -> list[Path]:
-    """Write files in a folder, none before all are known to be writable."""
+    """Write files in a folder, after checking that all of them can be written."""
     where = checks.file_name(field, folder)
     with reading(where, "cannot be made", field):
         where.mkdir(exist_ok=True)

@@ -16,7 +16,7 @@ from varcontact.checks import Checked
 from varcontact.errors import SceneError
 
 UNIT = 1e-9
-"""How far a matrix may be from a rotation."""
+"""Largest entry of ``A A' - I`` with which a matrix A counts as a rotation."""
 
 
 def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndarray:
@@ -70,18 +70,18 @@ def _rotation(field: str, value: object) -> np.ndarray:
 
 
 class _Placed(Checked):
-    """What has axes at a place, in the global frame."""
+    """Base class of objects with a place and axes in the global frame."""
 
     # names of the place and of the matrix whose columns are the axes
     _place: ClassVar[tuple[str, str]]
 
     def globally(self, points: np.ndarray) -> np.ndarray:
-        """Its own `points` (..., 3) in the global frame."""
+        """Points (..., 3) of the body's or frame's own axes, in the global frame."""
         place, axes = (getattr(self, name) for name in self._place)
         return np.asarray(points) @ axes.T + place
 
     def locally(self, points: np.ndarray) -> np.ndarray:
-        """The global frame's `points` (..., 3) in its own."""
+        """Points (..., 3) of the global frame, in the body's or frame's own axes."""
         place, axes = (getattr(self, name) for name in self._place)
         return np.asarray((np.asarray(points) - place) @ axes)
 
@@ -95,7 +95,7 @@ class RigidBody(
     velocity=_vector,
     angular_velocity=_vector,
 ):
-    """Where a rigid body is, and how it moves: ``x = A y + R``, (5).
+    """Position and motion of a rigid body: ``x = A y + R``, (5).
 
     Parameters
     ----------
@@ -294,7 +294,9 @@ def creepages_of(
     frame: Frame,
     moving: np.ndarray,
 ) -> Creepages:
-    """Those of `creepages` at the particles of both, with the frame's velocity; unchecked."""
+    """Creepages of `creepages` for one particle of each body and a frame velocity; without
+    checks.
+    """
     body1, body2 = bodies
     first, second = (
         (body.velocity_at(particle) - moving) @ frame.axes

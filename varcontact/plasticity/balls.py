@@ -21,24 +21,25 @@ from varcontact.plasticity.passage import Passage
 from varcontact.plasticity.remainder import between_samples
 
 ANY = (0, 1, 2, 3, 4)
-"""Components of any residual stress."""
+"""Components of a general residual stress."""
 IN_PLANE = (0, 1, 2)
 """Components that are free where the tractions on planes of one depth are zero."""
 AXIAL = (1,)
-"""The component of rho_xx alone."""
+"""The component that rho_xx alone contributes to."""
 
 SAMPLES = 64
 """Samples of each curve in the first search."""
 SEARCH_STEPS = 60
 """Steps of the first search at all points."""
 PRUNED_EVERY = 10
-"""Steps after which points are left out whose ball is less than the largest of all."""
+"""Search steps between two prunings: points are dropped whose ball is smaller than the largest of
+all."""
 FINE_STEPS = 800
 """Steps at the points with the largest balls: radii to about 1e-4."""
 CLOSE_BOUNDS = 1e-5
-"""Difference of the bounds on a radius at which it is found, relative."""
+"""Relative difference of the bounds on a radius at which the search ends."""
 CANDIDATES = 80
-"""Number of these points."""
+"""Number of points with the largest balls that are refined."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +189,7 @@ class Families:
 
 
 def families(passage: Passage) -> Families:
-    """Both upper bounds, the kinematic limit, and the lower bound by rho_xx."""
+    """Two upper bounds, the kinematic limit, and the lower bound with rho_xx alone."""
     nz, ny, nx, _ = passage.curves.shape
     alternating, surface, centres = mechanisms(passage)
     kinematic, kinematic_sampled = _lower(passage, centres)
@@ -216,8 +217,8 @@ def families(passage: Passage) -> Families:
 
 
 def mechanisms(passage: Passage) -> tuple[Mechanism, Mechanism, np.ndarray]:
-    """Both upper bounds, alternating plasticity and sliding of the surface, and the centres (nz,
-    ny, 5) of the smallest balls.
+    """Two upper bounds (alternating plasticity and surface sliding), and the centres (nz, ny, 5) of
+    the smallest balls.
     """
     nz, ny, nx, _ = passage.curves.shape
     flat = passage.curves.reshape(nz * ny, nx, 5)
@@ -242,7 +243,7 @@ def _mechanism(passage: Passage, balls: Balls, number: int, point: int) -> Mecha
     curve = passage.curves[depth, across]
     strain = balls.weights[number][:, None] * (curve - balls.centres[number])
     total = np.linalg.norm(strain, axis=1).sum()
-    # the load far away holds the ball, too: its strain is that of the centre
+    # the load far away touches the ball, too: its strain is that of the centre
     far = (1 - balls.weights[number].sum()) * np.linalg.norm(balls.centres[number])
     return Mechanism(
         factor=float(1 / balls.least[number]),

@@ -26,7 +26,7 @@ class Triplets:
 
     @classmethod
     def empty(cls) -> Triplets:
-        """No entries yet."""
+        """Empty collection of entries."""
         return cls([], [], [])
 
     def add(self, rows: np.ndarray, columns: np.ndarray, values: np.ndarray) -> None:

@@ -28,26 +28,28 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 DIRECTIONS = 240
-"""Intervals of the polar angle and of the azimuth in a quarter of the hemisphere of directions, at
-whose ends kernels are looked at: what is between them adds about 1 %."""
+"""Intervals of the polar angle and of the azimuth in a quarter of the hemisphere of directions;
+kernels are evaluated at their ends, and exceed these values in between by about 1 %."""
 SECOND = (0.0378, 0.1125)
-"""What quadratic interpolation on the length 1 misses of functions with second derivatives of at
-most 1: with the third place in the middle, and more by its distance from there. By the largest
-integral of Peano's kernel; tested, as the next ones."""
+"""Error bound of quadratic interpolation on the length 1, second derivatives being at most 1: with
+the third place in the middle, and its increase by that place's distance from there. From the
+largest integral of Peano's kernel; tested, as the next ones."""
 TOUCHED = (0.1645, 0.245)
-"""The same with second derivatives of at most 1/s, s being the distance from one end."""
+"""Error bound of quadratic interpolation on the length 1, and its increase, for second derivatives
+of at most 1/s, s being the distance from one end."""
 ASIDE_MAX = 0.2
-"""Distance of the third place from the middle up to which these are known."""
+"""Largest distance of the third place from the middle for which the bounds `SECOND` and `TOUCHED`
+hold."""
 TOUCHING = 1e-9
-"""Distance of a line, by its length, that is none."""
+"""Distance of a line, divided by its length, that counts as zero."""
 STEP = 1e-5
-"""Of the differences that are derivatives of kernels."""
+"""Step of the differences that give the derivatives of kernels."""
 PAIRS = 50_000
-"""Pairs of boxes and nodes at once."""
+"""Pairs of boxes and nodes computed at once."""
 SINGLE = np.float32
 """Sums over pairs are in single precision, in half the time."""
 ROUNDED = 1 + 1e-3
-"""Factor on them that covers its rounding."""
+"""Factor on these sums that covers rounding in single precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,15 +147,17 @@ class Remainders:
     field: HalfSpace
 
     def quadratic(self, low: np.ndarray, middle: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """What quadratic interpolation along each axis misses, by the ends and a place between
-        them, (n, 3 axes, 5).
+        """Error bounds (n, 3 axes, 5) of quadratic interpolation along each axis, through the ends
+        and a place between them.
         """
         return self.in_blocks(low, high, (low, middle, high))
 
     def in_blocks(
         self, low: np.ndarray, high: np.ndarray, box: tuple[np.ndarray, np.ndarray, np.ndarray]
     ) -> np.ndarray:
-        """The same for any box of given sides within larger ones, from low to high."""
+        """Error bounds of quadratic interpolation in any box of given sides within larger boxes,
+        from `low` to `high`.
+        """
         bounds = kernel_bounds(self.field.nu)
         slopes = (bounds.along_x, bounds.along_y)
         found = np.empty((len(low), 3, 5))
@@ -186,7 +190,7 @@ class Remainders:
 
     @lazy_property
     def _kinks(self) -> tuple[_Lines, _Lines]:
-        """Changes of the tractions' slopes along x, and along y."""
+        """Changes of the slopes of the tractions along x, and along y."""
         grid = self.field.grid
         dx, dy = grid.sides
         load = np.pad(self.field.load, ((0, 0), (1, 1), (1, 1)))
@@ -232,7 +236,7 @@ class _Lines:
 
     @classmethod
     def of(cls, size: np.ndarray, grid: Grid, half: tuple[float, float]) -> _Lines:
-        """Of a size (3, ny, nx) at each node."""
+        """Lines of nodes with a size (3, ny, nx)."""
         axis = 2 - int(np.argmax(half))
         padding = [(0, 0)] * 3
         padding[axis] = (1, 1)
@@ -294,10 +298,11 @@ class _Lines:
         slope: np.ndarray,
         inside: np.ndarray | None = None,
     ) -> np.ndarray:
-        """What interpolation misses, (boxes, 5), of kernels (3, 5) and their slopes along it.
+        """Bounds (boxes, 5) on the interpolation error, by kernels (3, 5) and their slopes along
+        the axis.
 
-        Of each line by its second or its third derivative. A line `inside` a box at the surface has
-        no bound.
+        Each line is bounded by its second or its third derivative. A line `inside` a box at the
+        surface has no bound.
         """
         near = SINGLE(np.pi) * steps.touching
         if inside is not None:
@@ -332,7 +337,7 @@ def _apart(low: np.ndarray, high: np.ndarray, place: np.ndarray, half: float) ->
 
 @dataclass(frozen=True, eq=False)
 class _Steps:
-    """Quadratic interpolation along one axis of boxes: what it misses at most.
+    """Largest errors of quadratic interpolation along one axis of boxes.
 
     Attributes
     ----------

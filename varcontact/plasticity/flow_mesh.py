@@ -15,13 +15,13 @@ import numpy as np
 from varcontact.plasticity.passage import Passage
 
 DEPTH_POWER = 1.6
-"""Rectangles grow with the depth as this power of their number."""
+"""Exponent of the depth of rectangles as a function of their number."""
 WIDTH_POWER = 1.4
-"""The same beside the contact."""
+"""Exponent of the distance of rectangles beside the contact as a function of their number."""
 EXTENT = 0.9
 """Part of the passage's section that the mesh covers."""
 CELLS_MAX = 4
-"""Cells of a rectangle along y."""
+"""Largest number of cells of a rectangle along y."""
 SURFACE_CELLS = 4
 """Cells in an element at the surface, where no cell may have a node inside."""
 DEPTHS = (0.7, 1.5)
@@ -29,9 +29,9 @@ DEPTHS = (0.7, 1.5)
 SURFACE_LAYERS = 12
 """Layers of the first row."""
 GROWTH = 1.35
-"""Depth of the lower by the upper end of these layers."""
+"""Ratio of the lower to the upper depth of these layers."""
 LAYER = 0.2
-"""Thickness of other layers, by the depth of their row."""
+"""Thickness of other layers, divided by the depth of their row."""
 QUADRATURE_WEIGHTS = np.repeat([0.225, 0.132394152788506, 0.125939180544827], [1, 3, 3])
 QUADRATURE_POINTS = (0.470142064105115, 0.101286507323456)
 """Radon's rule of degree 5 on a triangle: barycentric coordinates of two of its points."""
@@ -112,8 +112,8 @@ class Block:
 
 
 def flow_mesh(passage: Passage, inside: int, outside: int, down: int) -> Mesh:
-    """A mesh of about so many rectangles across the contact, beside it on either side, and in
-    depth, each of four triangles; half of it where left and right are alike.
+    """Mesh with about these numbers of rectangles across the contact, beside it on either side, and
+    in depth, each of four triangles; one half of it if the passage is symmetric.
 
     Rectangles are 1, 2, 4 ... elements wide in the contact and multiples of that beside it.
     """
@@ -143,9 +143,7 @@ def flow_mesh(passage: Passage, inside: int, outside: int, down: int) -> Mesh:
 
 
 def _blocks(depth: np.ndarray, inner: np.ndarray, wide: int) -> tuple[Block, ...]:
-    """Blocks of rows with these ends: cells are smaller in the `inner` columns, whose rectangles
-    are so many elements wide.
-    """
+    """Blocks of rows with these ends: cells are smaller in the `inner` columns."""
     columns = np.flatnonzero(inner)
     first = int(columns[0])
     last = int(columns[-1]) + 1

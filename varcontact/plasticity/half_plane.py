@@ -17,12 +17,13 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 HEIGHT = 1 / 4
-"""Largest height of the triangle by which interpolation over a step misses a kink of slope 1, by
-the step."""
+"""Height of the triangle that bounds the interpolation error at a kink of slope 1, divided by the
+step."""
 AREA = 1 / 8
-"""Its largest area, by the square of the step."""
+"""Area of this triangle, divided by the square of the step."""
 CONJUGATE = 0.3
-"""Bound on the conjugate function of such a triangle, by the step: ``(1/pi) (1/4 + ln(16)/4)``."""
+"""Bound on the conjugate function of such a triangle, divided by the step: ``(1/pi) (1/4 +
+ln(16)/4)``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,9 @@ class HalfPlane:
 
     @classmethod
     def of(cls, load: np.ndarray, grid: Grid, nu: float, beyond: int) -> HalfPlane:
-        """By values (3, n) at the centres of strips, of which the first and the last are zero."""
+        """Half-plane loaded by values (3, n) at the centres of strips; the first and the last are
+        zero.
+        """
         spacing = grid.sides[0]
         slopes = np.diff(load, axis=1) / spacing
         kinks = np.diff(np.pad(slopes, ((0, 0), (1, 1))), axis=1)
@@ -98,7 +101,7 @@ class HalfPlane:
         return self._known[depth]
 
     def stress_at(self, x: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
-        """The same at places x (n,)."""
+        """Coordinates (n, 5) of A and of B at places x (n,) and a depth."""
         potential, derivative = _of_kink(x - self.nodes[:, None], depth)
         return self._coordinates(self.kinks @ potential, self.kinks @ derivative)
 
@@ -133,7 +136,7 @@ class HalfPlane:
 
     @lazy_property
     def _length(self) -> int:
-        """Of transforms of tables by the steps from node to sample."""
+        """Length of the transforms of tables over the steps from node to sample."""
         from scipy.fft import next_fast_len
 
         return int(next_fast_len(3 * self._most + 1, real=True))
@@ -175,7 +178,9 @@ class HalfPlane:
         return np.maximum(fft.irfft(product, self._length)[self._samples], 0.0)
 
     def between_at(self, x: np.ndarray, step: float, depth: float, ahead: float) -> np.ndarray:
-        """The same between places x (n,) and those a step farther on, a part of the spacing."""
+        """Bound (n,) on how far ``A + z B + ahead B`` is from its linear interpolation between
+        places x (n,) and x + `step`, a part of the spacing.
+        """
         from_node = x - self.nodes[:, None]
         apart = np.where(from_node >= -step / 2, from_node, -from_node - step)
         bounds = self._of_triangle(np.maximum(apart, 0.0), step, depth, ahead)

@@ -31,11 +31,11 @@ TO_COORDINATES = np.array(
         [0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
     ]
 )
-"""The five coordinates of a stress by its components."""
+"""Matrix from the components of a stress to its five coordinates."""
 
 
 def plain_terms(name: str) -> list[tuple[float, str]]:
-    """A derivative by those without zz, by Laplace's equation."""
+    """Terms without zz that a derivative is the sum of, by Laplace's equation."""
     if name.count("z") < 2:
         return [(1.0, name)]
     rest = name.replace("z", "", 2)
@@ -63,7 +63,9 @@ def _by_traction(along: str, other: str, nu: float) -> dict[str, list[tuple[floa
 
 
 def _by_pressure(nu: float) -> dict[str, list[tuple[float, str]]]:
-    """The same by a pressure."""
+    """Stresses times 2 pi by a pressure, as derivatives of its potential; those of fourth order are
+    times the depth.
+    """
     slip = 1 - 2 * nu
     return {
         "xx": [(2 * nu, "zzz"), (-slip, "xxz"), (-1.0, "xxzz")],
@@ -90,8 +92,8 @@ def stress_matrix(nu: float) -> np.ndarray:
 
 
 def depth_matrix(nu: float) -> np.ndarray:
-    """The same of W in ``e_zz = -(d^2/dx^2 + d^2/dy^2) W``: with e = A + z B, W is e and twice the
-    antiderivative of B along z, all terms of which have a z.
+    """Coordinates (3 tractions, 5, derivatives) of W in ``e_zz = -(d^2/dx^2 + d^2/dy^2) W``: with e
+    = A + z B, W is e and twice the antiderivative of B along z, all terms of which have a z.
     """
     matrix = np.zeros((3, len(COMPONENTS), len(DERIVATIVES)))
     each = (_by_traction("x", "y", nu), _by_traction("y", "x", nu), _by_pressure(nu))
@@ -176,7 +178,7 @@ def corner_derivatives(x: np.ndarray, y: np.ndarray, z: float | np.ndarray) -> n
 
 
 def _inverse_sinh(x: np.ndarray, other: np.ndarray, rho: np.ndarray) -> np.ndarray:
-    """Of x/other, where rho is the hypotenuse."""
+    """Inverse hyperbolic sine of x/other, where rho is the hypotenuse."""
     return np.copysign(np.log(np.maximum(np.abs(x) + rho, other) / other), x)
 
 
@@ -247,6 +249,8 @@ CHUNK = 16_000
 
 
 def _second_difference(values: np.ndarray, sign: float) -> np.ndarray:
-    """Along the first axis, of values at distances from zero on that are even or odd."""
+    """Second difference along the first axis, of values at distances 0, 1, ... that are even or
+    odd.
+    """
     before = np.concatenate([sign * values[1:2], values[:-2]])
     return before - 2 * values[:-1] + values[1:]

@@ -23,23 +23,23 @@ from varcontact.plasticity.passage import Passage, Strength
 from varcontact.plasticity.work import Means
 
 ROUNDS = 6
-"""Programs at most."""
+"""Largest number of programs."""
 TOLERANCE = 3e-3
-"""Excess over the yield surface at which all samples are in the program."""
+"""Excess over the yield surface below which no more samples are added."""
 GAINED = 1e-3
-"""Change of the load factor by a round, relative, with which it is the last."""
+"""Relative change of the load factor below which a round is the last."""
 SMALL = 0.7
-"""Stress by the yield stress below which a sample is left out of later rounds."""
+"""Stress, divided by the yield stress, below which a sample is left out of later rounds."""
 PEAKS_ADDED = 4
 """Samples of a corner that a round may add."""
 ROUNDING = 1e-9
-"""Change of volume, by the plastic strain, that is none."""
+"""Change of volume, divided by the plastic strain, that counts as zero."""
 RIDGE = 1e-9
-"""Added to a matrix whose rows depend on each other, by its diagonal."""
+"""Number added to the diagonal of a matrix with dependent rows, divided by that diagonal."""
 CORRECTIONS = 4
-"""Solves with that matrix, each of which leaves so small a part of what is to be corrected."""
+"""Solves with that matrix; each leaves about this small a part of the remaining error."""
 EXTREMES = [3]
-"""Coordinates whose extremes along x are samples from the beginning."""
+"""Coordinates whose extremes along x are among the first samples."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +175,8 @@ def _equilibrium(entries: Triplets, mesh: Mesh, free: np.ndarray) -> None:
 def _certified(
     means: Means, multipliers: np.ndarray, samples: np.ndarray, other: np.ndarray | None
 ) -> FlowField | None:
-    """The bound by velocities and strains of the multipliers, computed anew: what the strains lack
-    to be those of the velocities is added as dissipation without work.
+    """Upper bound from the velocities and strains of the multipliers, computed independently: the
+    difference between the strains and those of the velocities is added as dissipation without work.
 
     Work is less by what its quadrature may miss: bounded, or estimated by `other` means.
     """
@@ -239,7 +239,7 @@ def _isochoric(mesh: Mesh, velocity: np.ndarray) -> np.ndarray:
         entries.add(row[inner], column[inner], slopes[..., axis][inner])
     change = entries.matrix((row.shape[0] * 3, int(np.count_nonzero(free))))
     across = velocity[1:][free]
-    # conditions depend on each other where four triangles meet: a little is added, and corrected
+    # conditions are dependent where four triangles meet: a small ridge is added, then corrected for
     normal = change @ change.T
     solved = splu((normal + RIDGE * sparse.diags(normal.diagonal())).tocsc())
     for _ in range(CORRECTIONS):

@@ -37,25 +37,27 @@ HARDENING = ("none", "kinematic")
 ELEMENTS_OF_FAMILIES = 16
 """Samples across the contact for closed forms: coarser grids are divided."""
 ELEMENTS = (24, 48)
-"""The same for programs. With fewer gaps are 1 % more, but where the surface slides."""
+"""Samples across the contact for programs, tried in turn until the gap is closed. With fewer the
+gap is 1 % larger, except where the surface slides."""
 NET_STRAIN = 0.3
-"""Net by total plastic strain of a passage above which a mechanism is ratchetting."""
+"""Net divided by total plastic strain of a passage above which a mechanism is ratchetting."""
 SURFACE = 0.05
 """Depth in half-widths to which flow is that of the surface."""
 SPLINES = (14, 5, 16)
 """Intervals of residual stresses: across the contact, beside it, in depth."""
 FINER_SPLINES = (20, 6, 20)
 MESHES = ((9, 4, 10), (18, 4, 14))
-"""Rectangles of velocities, likewise."""
+"""Rectangles of the velocity meshes: across the contact, beside it, in depth."""
 ERROR_DEPTH = 1.5
-"""Depth to which the error of the field is looked for, by that of the limit or a half-width."""
+"""Depth to which the error of the field is searched, divided by the depth of the limit or a
+half-width."""
 MOSTLY = 0.5
-"""Part of the dissipation at the surface above which the limit is that of its sliding: velocities
-below it and finer stresses gain nothing."""
+"""Share of the dissipation at the surface above which surface sliding gives the limit: velocities
+below it and finer stresses do not improve the bounds."""
 SAME_LIMIT = 1e-3
-"""Difference of two limits that is none, relative."""
+"""Relative difference below which two limits are equal."""
 SLENDER = 6.0
-"""Depth of the section in half-widths from which it has a fifth more intervals."""
+"""Depth of the section in half-widths above which three more intervals in depth are used."""
 
 
 @checks.named_options()
@@ -178,7 +180,7 @@ def check_solution(solution: Solution) -> None:
 
 @dataclass(frozen=True)
 class LimitSearch:
-    """What the limit of a point contact is sought of, and how."""
+    """Inputs of the search for the shakedown limit of a point contact."""
 
     solution: Solution
     side: int
@@ -233,14 +235,14 @@ def _of_line(
 
 
 def _mode_of_line(limit: LineLimit, kinematic: LineLimit, unit: float) -> Mode:
-    """Alternating plasticity where hardening does not help; else by the net strain."""
+    """Alternating plasticity where hardening does not help; else the mode from the net strain."""
     if kinematic.upper < (1 + SAME_LIMIT) * limit.upper:
         return "alternating plasticity"
     return _mode(float(np.hypot(*limit.net)), limit.depth / unit)
 
 
 def _mode(net: float, depth: float) -> Mode:
-    """By the net part of the plastic strain, and the depth in half-widths."""
+    """Failure mode from the net share of the plastic strain and the depth [half-widths]."""
     if net <= NET_STRAIN:
         return "alternating plasticity"
     if depth <= SURFACE:
@@ -249,7 +251,7 @@ def _mode(net: float, depth: float) -> Mode:
 
 
 def _of_load(solution: Solution, strength: Strength, depths: np.ndarray) -> dict[str, Any]:
-    """What a limit is compared with."""
+    """Peak pressure, least yield stress, and largest traction divided by the peak pressure."""
     peak = float(solution.pressure.max())
     return {
         "peak_pressure": peak,
@@ -298,7 +300,7 @@ def tensor_of(deviator: np.ndarray) -> np.ndarray:
 
 
 def _of_point(search: LimitSearch) -> Shakedown:
-    """Closed forms, then programs until the gap is closed."""
+    """Limit of a point contact: bounds in closed form, then by programs until the gap is closed."""
     search.report("stresses below the surface, and bounds of closed form")
     across = _elements_across(search.solution)
     coarse = _passage(search, _parts(ELEMENTS_OF_FAMILIES, across))
@@ -338,8 +340,8 @@ def _of_point(search: LimitSearch) -> Shakedown:
 
 
 def _within(gap: float, found: _Found, search: LimitSearch) -> _Found:
-    """Bounds with this gap: proved, and sought anew with more samples where they are not so
-    close.
+    """Bounds with this gap, proved between samples; computed again with more samples if they are
+    too far apart.
     """
     if found.gap <= gap:
         found = _proved(found, search, gap)
@@ -363,18 +365,18 @@ def _within(gap: float, found: _Found, search: LimitSearch) -> _Found:
 
 
 def _elements_across(solution: Solution) -> float:
-    """Elements across the contact, along x or y, the fewer of both."""
+    """Elements across the contact along x or y, whichever are fewer."""
     rows, columns = np.nonzero(solution.pressure > 0)
     return float(min(np.ptp(rows), np.ptp(columns)) + 1)
 
 
 def _parts(most: int, across: float) -> int:
-    """Parts of an element for about so many samples across the contact."""
+    """Parts of an element that give about `most` samples across the contact."""
     return max(1, round(most / across))
 
 
 def _passage(search: LimitSearch, parts: int, deepest: float = math.inf) -> Passage:
-    """The passage with so many samples to an element; one half where that is enough."""
+    """Passage with `parts` samples to an element; only one half of a symmetric one."""
     whole = passage(
         search.solution, search.side, search.strength,
         refined=parts, elastic=search.elastic, deepest=deepest,
@@ -385,7 +387,7 @@ def _passage(search: LimitSearch, parts: int, deepest: float = math.inf) -> Pass
 
 
 def _least(alternating: Mechanism, surface: Mechanism, search: LimitSearch) -> Mechanism:
-    """The lower one of the upper bounds of closed form."""
+    """The lower of the two upper bounds in closed form."""
     if search.hardening == "kinematic" or alternating.factor < surface.factor:
         return alternating
     return surface
@@ -445,13 +447,15 @@ class _Found:
 
     @property
     def mode(self) -> Mode:
-        """By the net strain; velocities of a section may turn, so that their sum says less."""
+        """Failure mode, from the ratchetting strain of the mechanism if there is one: the
+        velocities of a section may turn, so that their net strain says less.
+        """
         if self.mechanism is None:
             return _mode(float(np.hypot(*self.net)), self.place[1])
         return _mode(self.mechanism.ratchet, self.place[1])
 
     def with_lower(self, bound: LowerBound) -> _Found:
-        """With a lower bound, if it is better."""
+        """Bounds with this lower bound, if it is better."""
         found = replace(self, sampled=max(self.sampled, bound.sampled))
         if bound.factor <= self.lower:
             return found
@@ -464,16 +468,16 @@ class _Found:
         )
 
     def with_upper(self, flow: FlowField | None) -> _Found:
-        """With an upper bound, if it is better."""
+        """Bounds with this upper bound, if it is better."""
         if flow is None or flow.factor >= self.upper:
             return self
         net = flow.net.copy()
-        if self.passage.symmetric:  # the other half flows the other way
+        if self.passage.symmetric:  # the flow in the other half is mirrored
             net[1] = 0.0
         return replace(self, upper=flow.factor, place=flow.place, net=net, mechanism=flow)
 
     def ended(self, gap: float) -> bool:
-        """True where the gap is closed, or nothing but what lies between samples keeps it open."""
+        """True where the gap is closed, or would be but for the proof between samples."""
         return self.gap <= gap or self.sampled > (1 - gap / 4) * self.upper
 
     def section(self, strength: Strength) -> Section:
@@ -518,7 +522,7 @@ def _by_programs(found: _Found, search: LimitSearch, gap: float, last: bool) -> 
 
 
 def _by_least(passage: Passage, strength: Strength) -> Strength:
-    """The yield stress by the least, at depths in half-widths."""
+    """Function of depth in half-widths: yield stress divided by its least value."""
     least = float(strength(passage.depth * passage.unit).min())
 
     def by_least(depth: np.ndarray) -> np.ndarray:
@@ -528,7 +532,7 @@ def _by_least(passage: Passage, strength: Strength) -> Strength:
 
 
 def _proved(found: _Found, search: LimitSearch, gap: float) -> _Found:
-    """With a lower bound that holds between samples, too, where the field has a closed form."""
+    """Bounds whose lower one holds between samples, too, if the field has a closed form."""
     if found.passage.field is None:
         return found
     search.report("proof of the lower bound between samples")
@@ -550,7 +554,7 @@ def _with_stresses(
     gap: float,
     margins: np.ndarray | None,
 ) -> LowerBound:
-    """The lower bound by residual stresses with so many splines."""
+    """Lower bound by residual stresses with given numbers of splines."""
     across, beside, down = sizes
     if found.passage.depth[-1] > SLENDER:
         down += 3

@@ -28,15 +28,16 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import one_blas_thread
 
 ELEMENTS = 200
-"""Strips across the contact at least: coarser ones are divided."""
+"""Least number of strips across the contact: coarser grids are divided."""
 AHEAD = 6.0
 """Length of the passage before and behind the contact, in half-widths."""
 CLOSED_AHEAD = 4.0
-"""The same for half-spaces: what is farther away is bounded."""
+"""Length of the passage before and behind the contact on half-spaces, in half-widths; the stress
+farther away is bounded."""
 DEPTHS = np.concatenate([[0.0], np.geomspace(2e-3, 3.0, 80)])
 """Depths of the first search, in half-widths."""
 FINE_DEPTHS = 21
-"""Depths between those beside the least limit."""
+"""Depths in the second search, between those beside the least limit."""
 
 Curves = Callable[[np.ndarray], np.ndarray]
 """Coordinates (nz, nx, 5) of stress at depths (nz,)."""
@@ -115,7 +116,7 @@ class LinePassage:
 def line_passage(
     solution: Solution, side: int, elastic: ElasticStress | None = None
 ) -> LinePassage:
-    """The passage of a line contact, on strips that are divided where they are few."""
+    """Passage of a line contact, with strips divided if they are few."""
     load, grid = loaded_part(solution, side)
     unit = (grid.nx - 2) * grid.sides[0] / 2
     if elastic is not None:
@@ -145,7 +146,7 @@ def _closed_curves(field: HalfPlane) -> Curves:
 
 @one_blas_thread()
 def with_proof(line: LinePassage, strength: Strength, limit: LineLimit) -> LineLimit:
-    """The limit with a lower bound that is proved between samples, too, where that is possible."""
+    """Limit with a lower bound that is also proved between samples, where that is possible."""
     if line.field is None:
         return limit
     proof = Proof(line.field, strength, limit.depths, limit.centres, line.unit)

@@ -3,7 +3,7 @@ stress keeps the whole passage within the yield surface,
 
     max lambda:   |lambda e(x; y, z) + r(y, z)| <= k   for all x, y, z.
 
-A cone program of few samples; after each solve all samples are looked at, and the worst added.
+A cone program of few samples; after each solve all samples are checked, and the worst added.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from varcontact.plasticity.remainder import between_samples
 from varcontact.plasticity.residual_stress import FREE, CellResidual, ResidualSpace
 
 ROUNDS = 12
-"""Programs at most."""
+"""Largest number of programs."""
 TOLERANCE = 4e-3
-"""Excess over the yield surface, relative, that is left to scaling."""
+"""Relative excess over the yield surface that is removed by scaling."""
 MARGIN_MAX = 0.3
-"""Largest margin that is kept free for what lies between samples."""
+"""Largest margin kept free for stresses between samples."""
 SMALL = 0.7
-"""Stress by the yield stress below which a sample is left out of later programs."""
+"""Stress, divided by the yield stress, below which a sample is left out of later programs."""
 POINTS_ADDED = 80
 """Points that a round may add."""
 PEAKS_ADDED = 4
 """Samples of a point that a round may add."""
 STALLED = 1.002
-"""Gain of a round by which the bound has to grow."""
+"""Factor by which the bound must grow in a round, else the search has stalled."""
 SMALL_STRESS = 0.1
-"""Weight of the square of the residual stress: among nearly equal ones the smallest is taken. With
-less of it the stress between samples exceeds that at samples by 1.5 %."""
+"""Weight of the square of the residual stress: the smallest of nearly equal ones is chosen. With a
+lower weight the stress between samples exceeds that at samples by 1.5 %."""
 EXTREMES = [0, 1, 3]
-"""Coordinates whose extremes along x are samples from the beginning."""
+"""Coordinates whose extremes along x are among the first samples."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +116,7 @@ def lower_bound(
         report(f"program {number} of the lower bound, {chosen.sum()} cones: {best.factor:.4g}")
         if between.max() < 1 + TOLERANCE or best.factor >= enough or stalled > 2:
             break
-        # at samples first, then with margins for what lies between them
+        # at samples first, then with margins for stresses between them
         closing = closing or number > 1 or size.max() < 1 + 2 * TOLERANCE
         _drop_small(chosen, between)
         if closing:
@@ -249,7 +249,9 @@ def _drop_small(chosen: np.ndarray, size: np.ndarray) -> None:
 
 
 def _add_worst(chosen: np.ndarray, size: np.ndarray) -> None:
-    """Add the worst points, none beside each other, and the peaks along x of all that exceed."""
+    """Add the worst points, no two of them neighbours, and the peaks along x of all that exceed the
+    yield surface.
+    """
     worst = size.max(axis=-1)
     known = np.asarray(chosen.any(axis=-1))
     taken = np.zeros_like(known)

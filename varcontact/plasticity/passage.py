@@ -34,9 +34,9 @@ Strength = Callable[[np.ndarray], np.ndarray]
 """Yield stress in shear at depths."""
 
 DEPTHS = 44
-"""Depths of a passage: with 60 the limits change by less than 0.1 %."""
+"""Number of depths of a passage: with 60 the limits change by less than 0.1 %."""
 DEPTH_POWER = 1.6
-"""Depths grow as this power of their number: closer near the surface."""
+"""Exponent of the depth as a function of its number: depths are closer near the surface."""
 DEEPEST = 5.2
 """Depth of the section in half-widths: at 3 the limit of a circle at f = 0.15 is 5 % less."""
 BESIDE = 3.2
@@ -48,11 +48,11 @@ NEAR_SURFACE = 1.2
 CLOSE = 0.5
 """Distance from the contact, in half-widths, within which all elements have a sample."""
 ALONG_X = ((1, 0, 0), (0, 0, 1, 1, 0))
-"""How often x stands in the three tractions, and in the five coordinates."""
+"""Number of indices x, modulo 2, of the three tractions and of the five stress coordinates."""
 ALONG_Y = ((0, 1, 0), (0, 0, 1, 0, 1))
-"""The same for y."""
+"""Number of indices y, modulo 2, of the three tractions and of the five stress coordinates."""
 SYMMETRY_TOLERANCE = 1e-6
-"""Largest difference of mirror images, of the peak pressure."""
+"""Largest difference of mirror images, divided by the peak pressure."""
 MIRRORED_IN_Y = np.array([1.0, 1.0, -1.0, 1.0, -1.0])
 """Signs of the five coordinates in the mirror image y -> -y."""
 
@@ -216,8 +216,8 @@ def loaded_part(solution: Solution, side: int) -> tuple[np.ndarray, Grid]:
 
 
 def divided(load: np.ndarray, grid: Grid, parts: int | tuple[int, int]) -> tuple[np.ndarray, Grid]:
-    """The same bilinear tractions on elements of a fraction of the sides, or of fractions along x
-    and y.
+    """Bilinear tractions and their grid on finer elements: sides divided by `parts`, one number or
+    one along x and one along y.
     """
     if parts in (1, (1, 1)):
         return load, grid
@@ -234,7 +234,7 @@ def divided(load: np.ndarray, grid: Grid, parts: int | tuple[int, int]) -> tuple
 
 
 def _interpolated(values: np.ndarray, parts: int, axis: int) -> np.ndarray:
-    """Linear interpolation along an axis, with so many parts to each interval."""
+    """Linear interpolation along an axis, with each interval divided into parts."""
     values = np.moveaxis(values, axis, -1)
     count = values.shape[-1]
     place = np.arange((count - 1) * parts + 1) / parts
@@ -245,7 +245,7 @@ def _interpolated(values: np.ndarray, parts: int, axis: int) -> np.ndarray:
 
 
 def _places(centres: np.ndarray, step: float, beyond: int) -> np.ndarray:
-    """Centres of elements, with so many more at both ends."""
+    """Centres of elements, with some more beyond both ends."""
     return centres[0] + step * np.arange(-beyond, len(centres) + beyond)
 
 
@@ -293,7 +293,7 @@ def _layer(
     thickness, _, nu = field.constants["stack"].layers[0]
     if depth >= thickness:
         return _summed(_element_table(field, grid, depth, *farthest, nodes=3), load, beyond)
-    # the half-space of the upper layer's material, and what the others change: that is smooth
+    # a half-space of the upper layer's material, and the smooth change by the other layers
     plain = bilinear_layer(HalfSpace(load, grid, nu), depth, beyond)
     changed = _element_table(field, grid, depth, *farthest, less=nu)
     return plain + _summed(changed, _smoothed(load), (beyond[0] - 1, beyond[1] - 1))
@@ -308,7 +308,7 @@ def bilinear_layer(field: HalfSpace, depth: float, beyond: tuple[int, int]) -> n
 def layer_at(
     field: HalfSpace, parts: tuple[int, int], x: np.ndarray, y: np.ndarray, depth: float
 ) -> np.ndarray:
-    """Stresses (y, x, 5) at one depth and places on the lattice of so many parts of an element."""
+    """Stresses (y, x, 5) at one depth and places on a lattice of parts of an element."""
     load, grid = divided(field.load, field.grid, parts)
     columns = np.rint((x - grid.x[0]) / grid.sides[0]).astype(int)
     rows = np.rint((y - grid.y[0]) / grid.sides[1]).astype(int)

@@ -31,9 +31,9 @@ with unlimited kinematic hardening; by `python -m tests.benchmarks shakedown lin
 
 
 SMALL_FLOW = 0.08
-"""Velocity, by the largest, below which none is drawn."""
+"""Velocity, divided by the largest, below which no arrow is drawn."""
 ARROWS = (13, 7)
-"""Velocities across the section and down, at most."""
+"""Largest number of arrows across the section and down."""
 
 
 @checks.named_options()
@@ -126,7 +126,7 @@ def _draw_section(ax: Axes, limit: Shakedown) -> None:
 
 
 def _draw_velocities(ax: Axes, limit: Shakedown) -> None:
-    """Velocities where they count: along x by colour, across it by arrows."""
+    """Velocities above the threshold: along x by colour, across it by arrows."""
     flow: Any = limit.mechanism
     y, depth = flow.mesh.places.T * flow.unit
     velocity = flow.velocity

@@ -29,38 +29,39 @@ from varcontact.plasticity.residual_stress import CellResidual, cells
 from varcontact.system.process import lazy_property
 
 TOLERANCE = 3e-3
-"""Excess over the largest stress at samples at which the proof ends."""
+"""Relative excess over the largest stress at samples at which the proof ends."""
 HALVINGS_MAX = 6000
-"""Boxes at most that are halved."""
+"""Largest number of boxes that are halved."""
 WIDE = 0.4
-"""Width by depth above which cells are parted."""
+"""Ratio of width to depth above which cells are divided."""
 PARTS_MAX = 4
-"""Parts of a cell along x and y at most."""
+"""Largest number of parts of a cell along x and y."""
 FEW = 50
-"""Cells of one layer that are not parted, which takes stresses on a whole lattice, but halved."""
+"""Number of cells in a layer up to which they are halved instead of divided, which needs stresses
+on a whole lattice."""
 SHARE = 0.4
-"""Part of what interpolation misses at the surface that is left free for the proof, which halves
+"""Part of the interpolation error at the surface that is kept free for the proof, which halves
 boxes there."""
 BATCH = 200
-"""Boxes that are halved at once."""
+"""Boxes halved at once."""
 SURFACE_PARTS = 4
 """Parts of an interval along x and y in the cells at the surface."""
 SURFACE_LAYERS = 5
-"""Their layers, each as thick as all above it together."""
+"""Layers of cells at the surface, each as thick as all above it together."""
 BLOCK = 4
 """Cells along x and y that are bounded together where stresses are small."""
 SMALL = 0.6
-"""Size of these stresses, by what is aimed at."""
+"""Size of stresses that count as small, divided by the aim of the proof."""
 AHEAD = (1.3, 1.7, 2.2, 3.0, 4.0, 5.5, 7.5, 10.0, 15.0, 25.0, 50.0, 100.0)
-"""Ends of boxes before and behind the passage, by the distance of its ends from the middle; beyond
-the last the size of the stress alone is bounded."""
+"""Ends of the boxes before and behind the passage, divided by the distance of its ends from the
+middle; beyond the last box the stress itself is bounded."""
 HALVED = 0.8
 """Depth in half-widths above which cells have stresses at closer depths."""
 LEBESGUE = 1.25
 """Largest value of quadratic interpolation between values of at most 1, the third in the middle."""
 INFINITE = 1e6
 CHUNK = 4000
-"""Boxes at once."""
+"""Boxes computed at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +162,9 @@ class PointProof:
         )
 
     def radius(self, enough: float) -> float:
-        """Bound on all stresses, by the yield stress; boxes are halved until it is `enough`."""
+        """Bound on all stresses, divided by the yield stress; boxes are halved until it is
+        `enough`.
+        """
         aim = max(enough, (1 + TOLERANCE) * self._largest_sample())
         ahead, found, added = self._ahead(aim)
         found = max(found, self._outside())
@@ -197,7 +200,7 @@ class PointProof:
         """Bound on all stresses in boxes, halved until they are below the aim or too many."""
         found = 0.0
         for _ in range(HALVINGS_MAX // BATCH):
-            # no bound is less than a stress
+            # no bound is below a stress
             aim = max(aim, (1 + TOLERANCE) * float(np.max(boxes.peak, initial=0.0)))
             over = boxes.bound > aim
             found = max(found, float(np.max(boxes.bound[~over], initial=0.0)))
@@ -210,8 +213,8 @@ class PointProof:
         return max(found, float(np.max(boxes.bound)))
 
     def surface_margins(self) -> np.ndarray:
-        """What quadratic interpolation misses (ny, nx) about samples at the surface, by the yield
-        stress.
+        """Error bounds (ny, nx) of quadratic interpolation about samples at the surface, relative
+        to the yield stress.
         """
         k = float(self.strength(np.zeros(1))[0])
         margins = np.zeros((len(self.residual.y), len(self.x)))
@@ -239,7 +242,7 @@ class PointProof:
         depth = self.residual.depth
         deep = z[depth[z] >= HALVED]
         yield self._of_lattice(self.curves, x, y, deep)
-        # the others by intervals, with stresses in their middles
+        # other cells by intervals, with stresses at their middles
         count = int(deep[0])
         middle = (depth[:count] + depth[1 : count + 1]) / 2
         closer = np.concatenate([depth[: count + 1], middle])
@@ -257,7 +260,7 @@ class PointProof:
             yield boxes
 
     def _parted(self, boxes: Boxes, parts: int) -> Boxes:
-        """Boxes of one layer and size, in so many parts along x and y, and halves in depth."""
+        """Boxes of one layer and size, divided along x and y, and halved in depth."""
         share = np.linspace(0, 1, 2 * parts + 1)
         sides = boxes.high - boxes.low
         along, across = (
@@ -376,7 +379,7 @@ class PointProof:
         return self._remainders.stress(np.minimum(low, high), np.maximum(low, high))
 
     def _outside(self) -> float:
-        """Bound beside and below the section, where the residual stress is zero."""
+        """Bound on the stress beside and below the section, where the residual stress is zero."""
         last = self.residual.y[-1]
         below = [-INFINITE, -INFINITE, self.residual.depth[-1]]
         beside = [-INFINITE, last, 0.0]
@@ -403,7 +406,7 @@ class PointProof:
     def _bounded_chunk(self, boxes: Boxes, aim: float) -> Boxes:
         y = boxes.along(1)
         z = boxes.along(2)
-        # boxes that follow each other along x have the same residual stress
+        # consecutive boxes along x have the same residual stress
         section, first, number = np.unique(
             np.concatenate([y, z], axis=1), axis=0, return_index=True, return_inverse=True
         )
@@ -429,8 +432,8 @@ class PointProof:
     def _missed(
         self, boxes: Boxes, k: np.ndarray, small: np.ndarray, bent: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What interpolation misses (n, 5), by the yield stress, and the axis that adds most; in
-        blocks where stresses are small. `bent` is that of the residual stress (n, 3 axes, 5).
+        """Interpolation error bounds (n, 5), relative to the yield stress, and the axis that adds
+        most; in blocks where stresses are `small`. `bent`: part of the residual stress (n, 3, 5).
         """
         missed = np.zeros((len(boxes), 3, 5))
         missed[small] = self._missed_in_blocks(boxes[small])
@@ -443,7 +446,9 @@ class PointProof:
         return missed.sum(axis=1), np.linalg.norm(missed, axis=2).argmax(axis=1)
 
     def _missed_in_blocks(self, boxes: Boxes) -> np.ndarray:
-        """The same, with the distances of blocks of boxes of one depth."""
+        """Bounds (n, 3 axes, 5) on the interpolation error, from distances of blocks of boxes of
+        one depth.
+        """
         if not len(boxes):
             return np.empty((0, 3, 5))
         side = boxes.high - boxes.low
@@ -462,7 +467,7 @@ class PointProof:
         return self._remainders.in_blocks(low, high, box)[number]
 
     def _least_strength(self, depth: np.ndarray) -> np.ndarray:
-        """Of the depths (n, ends) of boxes."""
+        """Least yield stress over the depths (n, ends) of boxes."""
         return np.asarray(self.strength(depth)).min(axis=1)
 
     # ------------------------------------------------------------------------- halves
@@ -535,8 +540,8 @@ def _boxes_at(
 
 
 def _cubic(y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """What quadratic interpolation misses of cubic functions (n, 3 axes, 1), by their third
-    derivative; nothing along x.
+    """Errors (n, 3 axes, 1) of quadratic interpolation of cubic functions, per unit of their third
+    derivative; zero along x.
     """
     found = np.zeros((len(y), 3, 1))
     for axis, places in ((1, y), (2, z)):

@@ -24,11 +24,11 @@ THINNEST = 1e-6
 GROWTH = 2.0
 """Ratio of the depths of the next layers."""
 TOLERANCE = 2e-3
-"""Excess over the largest stress at samples at which the proof ends."""
+"""Relative excess over the largest stress at samples at which the proof ends."""
 LAYERS_MAX = 500
-"""Layers at most that are looked at."""
+"""Largest number of layers that are examined."""
 PARTS_MAX = 256
-"""Samples from node to node at most."""
+"""Largest number of samples from node to node."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Proof:
     unit: float
 
     def radius(self, enough: float) -> float:
-        """Bound on all stresses, by the yield stress; refined until it is `enough`."""
+        """Bound on all stresses, divided by the yield stress; refined until it is `enough`."""
         last = float(self.depths[-1])
         below = self.field.below(last) / float(self.strength(np.array([last]))[0])
         below += float(np.linalg.norm(self.centre(last)))
@@ -70,7 +70,7 @@ class Proof:
         looked_at = len(layers)
         while layers[0].radius > enough and looked_at < LAYERS_MAX:
             worst = heapq.heappop(layers)
-            # no bound is less than a stress
+            # no bound is below a stress
             enough = max(enough, (1 + TOLERANCE) * worst.peak)
             middle = (worst.top + worst.end) / 2
             if worst.top == 0:
@@ -81,7 +81,7 @@ class Proof:
         return layers
 
     def centre(self, depth: float) -> np.ndarray:
-        """Minus the residual stress at a depth, and of a layer that in its middle."""
+        """Minus the residual stress at a depth; for a layer the value in its middle."""
         return np.array([np.interp(depth, self.depths, each) for each in self.centres.T])
 
     def _first_tops(self) -> list[float]:
@@ -93,7 +93,7 @@ class Proof:
         return [0.0, *thin.tolist(), *positive.tolist()]
 
     def _layer(self, top: float, end: float, enough: float) -> DepthLayer:
-        """The bound on all stresses in a layer, refined along x where it is not enough."""
+        """Bound on all stresses in a layer, refined along x until it is small enough."""
         k = float(np.min(self.strength(np.array([top, end]))))
         ends = _LayerEnds(self.field, top, end - top, k, self.centre((top + end) / 2))
         upper, lower = ends.sizes(*self.field.stress(top))
@@ -105,8 +105,8 @@ class Proof:
 
 @dataclass(frozen=True, eq=False)
 class _LayerEnds:
-    """Sizes of ``A + z B`` and of ``A + z B + d B`` less the centre at the top z of a layer, by the
-    yield stress k.
+    """Sizes of ``A + z B`` and of ``A + z B + d B`` minus the centre at the top z of a layer,
+    divided by the yield stress k.
     """
 
     field: HalfPlane
@@ -117,7 +117,9 @@ class _LayerEnds:
 
     @property
     def ahead(self) -> float:
-        """How far B is followed; on the surface it is infinite at kinks, and `added` bounds it."""
+        """Depth over which B is followed; zero at the surface, where B is infinite at kinks and
+        `added` is its bound.
+        """
         if self.top > 0:
             return self.thickness
         return 0.0
@@ -141,8 +143,8 @@ class _LayerEnds:
     def largest(
         self, upper: np.ndarray, lower: np.ndarray, between: np.ndarray, enough: float
     ) -> tuple[float, float]:
-        """Bound on all sizes, by those at the samples, with closer ones where it is not enough; and
-        the largest of the upper ones at these.
+        """Bound on all sizes from those at the samples, with more samples until it is small enough;
+        and the largest size at the samples of the layer's top.
         """
         size = np.maximum(upper, lower)
         peak = float(upper.max())

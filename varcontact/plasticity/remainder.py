@@ -1,4 +1,4 @@
-"""How far the size of a stress can exceed its linear interpolation between samples."""
+"""Excess of the size of a stress over its linear interpolation between samples."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from varcontact.plasticity.passage import Passage
 
 SMALLEST = 1e-9
-"""Size of a stress, by the yield stress, below which it has no direction."""
+"""Size of a stress, divided by the yield stress, below which its direction is undefined."""
 
 
 def between_samples(passage: Passage, stress: np.ndarray, bent: np.ndarray) -> np.ndarray:
@@ -23,8 +23,8 @@ def between_samples(passage: Passage, stress: np.ndarray, bent: np.ndarray) -> n
 
 
 def excess(stress: np.ndarray, bent: np.ndarray, places: np.ndarray, axis: int) -> np.ndarray:
-    """The same along one axis: ``|t|'' = (t . t'' + |t' across t|^2)/|t|``, by products of stresses
-    that are next to each other.
+    """Estimated excess of |stress| along one axis: ``|t|'' = (t . t'' + |t' across t|^2)/|t|``, by
+    products of neighbouring stresses.
     """
     stress = np.moveaxis(stress, axis, 0)
     bent = np.moveaxis(bent, axis, 0)
@@ -39,7 +39,7 @@ def excess(stress: np.ndarray, bent: np.ndarray, places: np.ndarray, axis: int) 
     rise = (_dot(bent[2:], stress[1:-1]) - own) / after
     rise_before = (own - _dot(bent[:-2], stress[1:-1])) / before
     inward = 2 * (rise_before - rise) / (before + after)
-    # turning makes a norm convex: of both sides the one that counts less
+    # rotation makes the norm convex: the side with the smaller effect counts
     across = (square[2:] - beside[1:] ** 2 / middle) / after**2
     across_before = (square[:-2] - beside[:-1] ** 2 / middle) / before**2
     inward = np.maximum(inward - np.minimum(across, across_before), 0.0) / np.sqrt(middle)

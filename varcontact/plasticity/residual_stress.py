@@ -19,9 +19,9 @@ from varcontact.plasticity.passage import Passage
 
 DEGREE = 3
 GROWTH = 1.4
-"""Power of the intervals beside the contact."""
+"""Exponent of the width of intervals beside the contact."""
 DEPTH_GROWTH = 1.6
-"""Power of the intervals below it."""
+"""Exponent of the depth of intervals below the contact."""
 LEBESGUE = 2.0
 """Bound on quadratic interpolation between values of at most 1, the middle one anywhere between .3
 and .7 of the length."""
@@ -47,7 +47,9 @@ class ResidualSpace:
 
     @classmethod
     def around(cls, passage: Passage, inside: int, outside: int, down: int) -> ResidualSpace:
-        """So many intervals across the contact, beside it on either side, and in depth."""
+        """Space with these numbers of intervals across the contact, beside it on either side, and
+        in depth.
+        """
         left, right = passage.loaded[2:]
         outermost = 0.98 * passage.y[-1]
         beyond = outermost - right
@@ -94,13 +96,15 @@ class ResidualSpace:
         return rows
 
     def field(self, coefficients: np.ndarray, passage: Passage) -> np.ndarray:
-        """The residual stress (nz, ny, 5) without its second component, by the yield stress."""
+        """Residual stress (nz, ny, 5) without its second component, divided by the yield stress."""
         yy, zz, yz, xy, xz = self.components(coefficients, passage.y, passage.depth)
         field = np.stack([(yy - zz) / 2, 0 * yy, xy, xz, yz], axis=-1)
         return field / passage.strength[:, None, None]
 
     def components(self, coefficients: np.ndarray, y: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """rho_yy, rho_zz, rho_yz, rho_xy and rho_xz (5, nz, ny), by the least yield stress."""
+        """rho_yy, rho_zz, rho_yz, rho_xy and rho_xz (5, nz, ny), divided by the least yield
+        stress.
+        """
         airy_y, airy_z, prandtl_y, prandtl_z = self.matrices(y, depth)
         count = airy_y.shape[2] * airy_z.shape[2]
         airy = coefficients[:count].reshape(airy_y.shape[2], -1)
@@ -116,8 +120,8 @@ class ResidualSpace:
         )
 
     def tensor(self, coefficients: np.ndarray, axial: np.ndarray, passage: Passage) -> np.ndarray:
-        """The residual stress (3, 3, nz, ny), by the least yield stress, with its second coordinate
-        `axial` (nz, ny), by the yield stress.
+        """Residual stress (3, 3, nz, ny), divided by the least yield stress; its second coordinate
+        is `axial` (nz, ny), divided by the yield stress.
         """
         yy, zz, yz, xy, xz = self.components(coefficients, passage.y, passage.depth)
         xx = np.sqrt(3) * axial * passage.strength[:, None] + (yy + zz) / 2
@@ -126,15 +130,15 @@ class ResidualSpace:
     def by_cell(
         self, coefficients: np.ndarray, axial: np.ndarray, passage: Passage
     ) -> CellResidual:
-        """The same as a polynomial in each cell of the passage."""
+        """Residual stress as a polynomial in each cell of the passage."""
         free = np.zeros((*axial.shape, 5))
         free[..., 1] = axial * passage.strength[:, None]
         return CellResidual(passage.y, passage.depth, free, self, coefficients)
 
 
 def cells(places: np.ndarray, even: bool = True) -> np.ndarray:
-    """First samples of cells of two intervals, equal ones if `even`: where they do not come out, a
-    cell overlaps the one before.
+    """First samples of cells of two intervals, of equal length if `even`; a cell overlaps the
+    previous one where they do not fit exactly.
     """
     steps = np.diff(places)
     last = len(places) - 3

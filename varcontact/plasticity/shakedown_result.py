@@ -127,8 +127,8 @@ class Shakedown(Reported):
 
     @property
     def outcome(self) -> str:
-        """What the tractions as they are lead to: "elastic", "shakes down", "undecided" between the
-        bounds, or the mode.
+        """Outcome under the tractions as they are: "elastic", "shakes down", "undecided" between
+        the bounds, or the mode.
         """
         if self.upper < 1:
             return self.mode
@@ -139,7 +139,7 @@ class Shakedown(Reported):
         return "undecided"
 
     def report(self) -> str:
-        """The limit and its bounds in words."""
+        """Report of the limit and its bounds."""
         pressure = self.peak_pressure / self.strength
         between = "estimated"
         if self.proved:

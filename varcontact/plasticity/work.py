@@ -1,5 +1,4 @@
-"""Means of elastic stress over triangles, by which a mechanism's work is counted, and bounds on
-what they miss.
+"""Means of elastic stress over triangles, for the work of a mechanism, and bounds on their errors.
 
 Stresses are sampled on the cells of a mesh, and quadratic along each axis of a cell. In closed form
 they come with bounds on what this interpolation misses (`derivatives`). Other fields are
@@ -22,7 +21,7 @@ LEBESGUE = 1.25
 TOGETHER = 0.2
 """Length in half-widths of samples along x whose errors are bounded together."""
 SIDE = 1e-3
-"""Of boxes along x, where nothing is interpolated."""
+"""Side of boxes along x, along which nothing is interpolated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +45,9 @@ class Means:
 
     @classmethod
     def of(cls, passage: Passage, mesh: Mesh, strength: Strength, order: int = 4) -> Means:
-        """By the field in closed form, or by interpolation through so many samples of a passage."""
+        """Means from the field in closed form, or from interpolation through `order` samples of a
+        passage along each axis.
+        """
         rows = len(mesh.depth) - 1
         columns = len(mesh.y) - 1
         curves = np.empty((4, columns, rows, 3, len(passage.x), 5))
@@ -66,7 +67,7 @@ class Means:
         return cls(passage, mesh, curves.reshape(-1, len(passage.x), 5), radius.ravel())
 
     def missed(self, corner: np.ndarray, along: np.ndarray, strains: np.ndarray) -> float:
-        """Bound on the work that is missed for strains (n, 5) of corners at samples along x."""
+        """Bound on the work error for strains (n, 5) of corners at samples along x."""
         assert self.passage.field is not None
         rows = len(self.mesh.depth) - 1
         triangle, vertex = np.divmod(corner, 3)
@@ -123,7 +124,7 @@ class Means:
 def _in_closed_form(
     field: HalfSpace, passage: Passage, y: np.ndarray, depth: np.ndarray, parts: int
 ) -> np.ndarray:
-    """Elastic stress (depths, *y.shape, x, 5) by the least yield stress."""
+    """Elastic stress (depths, *y.shape, x, 5), divided by the least yield stress."""
     found = np.empty((len(depth), *y.shape, len(passage.x), 5))
     places, number = np.unique(y.round(9), return_inverse=True)
     for place, each in enumerate(depth):
@@ -133,7 +134,9 @@ def _in_closed_form(
 
 
 def _interpolated(passage: Passage, y: np.ndarray, depth: np.ndarray, order: int) -> np.ndarray:
-    """The same between the samples of the passage."""
+    """Elastic stress (depths, *y.shape, x, 5), divided by the least yield stress, interpolated
+    through `order` samples of the passage along y and depth.
+    """
     found = np.empty((len(depth), *y.shape, len(passage.x), 5))
     stress = passage.curves * passage.strength[:, None, None, None]
     first_y, weights_y = _lagrange(passage.y, y.ravel(), order)

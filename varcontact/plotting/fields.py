@@ -1,5 +1,5 @@
-"""Fields over the contact: maps of stick and slip with tractions and of others in colours; curves
-along rows.
+"""Fields over the contact: maps of stick and slip with tractions, colour maps of other fields, and
+curves along rows.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.units import moved
 
 Box = tuple[float, float, float, float]
-"""Left, right, bottom and top of what is shown [length]."""
+"""Left, right, bottom and top of the picture [length]."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ FIELDS = {
         "Temperature of body 1", "temperature [degrees]", "1", "inferno", outside=True
     ),
 }
-"""By the word for `Solution.plot`, which is the name in the solution."""
+"""Fields by the word for `Solution.plot`, which is the name in the solution."""
 
 
 def is_shift(sol: Solution) -> bool:
@@ -79,8 +79,7 @@ def draw_states(
 def draw_areas(
     ax: Axes, sol: Solution, box: Box | None = None, largest: float | None = None
 ) -> None:
-    """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the
-    picture.
+    """Stick and slip areas, traction arrows on them, and the spin pole if it is within the picture.
 
     `box` is the contact with a margin, `largest` the largest traction, that with the longest arrow,
     if not given.
@@ -269,7 +268,9 @@ def _draw_row_of_tractions(ax: Axes, sol: Solution, row: int, largest: float | N
 
 
 def box_of(contact: np.ndarray, grid: Grid) -> Box:
-    """Some elements (ny, nx) with a margin of two; of none, the whole grid."""
+    """Box around some elements (ny, nx) with a margin of two; around the whole grid if there are
+    none.
+    """
     if not contact.any():
         return grid.box
     dx, dy = grid.sides
@@ -291,7 +292,7 @@ class Arrows:
 
 
 def _draw_arrows(ax: Axes, grid: Grid, arrows: Arrows, lengths: Measure, box: Box) -> bool:
-    """Draw arrows; False where there are none."""
+    """Draw arrows; returns False if there are none."""
     every = max(1, int(np.ceil(max(grid.shape) / arrows.along_side)))
     first = every // 2
     drawn = arrows.area[first::every, first::every]
@@ -312,7 +313,7 @@ def _draw_arrows(ax: Axes, grid: Grid, arrows: Arrows, lengths: Measure, box: Bo
 
 
 def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
-    """Labels, limits, and axes to one scale, or a word where they are not."""
+    """Labels, limits, and equal scales on both axes, or a remark where they are not equal."""
     x_label = _x_label(sol, lengths)
     if to_scale(box):
         ax.set_aspect("equal")
@@ -327,7 +328,9 @@ def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
 
 
 def _filling(ax: Axes, box: Box) -> Box:
-    """A box, widened to the shape of axes that have one, so that matplotlib need not widen it."""
+    """Box widened to the aspect ratio of axes that have one, so that matplotlib need not widen
+    it.
+    """
     shape = ax.get_box_aspect()
     if shape is None:
         return box
@@ -340,7 +343,7 @@ def _filling(ax: Axes, box: Box) -> Box:
 
 
 def to_scale(box: Box) -> bool:
-    """True for a box so near a square that its axes are to one scale."""
+    """True for a box close enough to a square for equal scales on both axes."""
     left, right, bottom, top = box
     return 0.2 < (right - left) / (top - bottom) < 5
 

@@ -114,7 +114,7 @@ def plot_growth(
         x = growth.wavelength
         values = growth.growth
         if values.ndim > 1:
-            # the colours show the growth, or decay where nothing grows
+            # colours for growth, or for decay where nothing grows
             most = float(values.max())
             if most <= 0:
                 most = float(abs(values).max())

@@ -67,7 +67,7 @@ def _draw_side_by_side(sol: Solution, names: list[str], figsize: Any, y: float |
     shape = 1.0
     if to_scale(box):
         shape = float(np.clip((top - bottom) / (right - left), 0.7, 1.3))
-    side = 2.8 if len(names) == 1 else 1.45  # beside it are labels and a colour bar
+    side = 2.8 if len(names) == 1 else 1.45  # labels and a colour bar stand beside the panel
     figure, axes = style.new_panels(len(names), shape * side + 1.3, figsize, names)
     for panel, name in zip(axes, names, strict=False):
         panel.set_box_aspect(shape)

@@ -38,7 +38,7 @@ PLANES = ("xz", "yz", "xy")
 SECTION_DEPTHS = 25
 """Depths of a section in each body."""
 POINTS_ACROSS = 40
-"""Points across the contact, at most."""
+"""Largest number of points across the contact."""
 
 
 @checks.named_options()
@@ -155,7 +155,7 @@ def _draw_contours(ax: Axes, places: np.ndarray, shown: np.ndarray, signed: bool
 
 
 def _draw_contact_area(ax: Axes, sol: Solution, lengths: Measure) -> None:
-    """The edge of the contact, black on white: seen on all colours."""
+    """Contact edge, black on white: visible on all colours."""
     x = lengths(sol.grid.x)
     y = lengths(sol.grid.y)
     inside = (sol.pressure > 0).astype(float)

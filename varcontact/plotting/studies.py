@@ -48,18 +48,18 @@ LEGEND = {
     "strip": "strip theory",
     "table": "table book",
 }
-"""Methods whose names are no words."""
+"""Labels of methods whose names are not suitable as such."""
 DISTANCE_MIN = 1e-16
-"""Distances below are rounding, and drawn here."""
+"""Distances below this are rounding; they are drawn at it."""
 ERROR_MIN = 1e-5
-"""Errors in per cent of the unit below which the references' own bars are all that is seen: drawn
-here."""
+"""Errors [% of the unit] below this are within the references' own error bars; they are drawn at
+it."""
 ERROR_MAX = 100.0
-"""Errors in per cent above which a method is of no use: not drawn."""
+"""Errors [% of the unit] above which a method is useless and not drawn."""
 FORCE_MIN = 1e-6
-"""Component relative to the largest force below which it is not drawn."""
+"""Component, divided by the largest force, below which it is not drawn."""
 MARKERS_OF_CURVE = 12
-"""Markers on a curve, about."""
+"""Approximate number of markers on a curve."""
 
 
 @checks.named_options()
@@ -161,7 +161,7 @@ def _draw_curves(ax: Axes, curves: Curves, total: bool) -> None:
         if len(components) == 2 and total:
             lines["$|F|$"] = np.hypot(*forces.T)
         for j, (part, values) in enumerate(lines.items()):
-            # of several curves each has its look, of one each of its lines
+            # several curves differ in colour and marker, components of a single one in their lines
             look = style.look(number if len(curves.of_name) > 1 else j)
             label = name or part
             if name and len(lines) > 1:
@@ -250,7 +250,7 @@ def _curves_of_dataset(dataset: Any, against: str, normalised: bool) -> Curves:
     if normalised and not limit > 0:
         allowed = "False: these curves have no single limit of friction"
         raise SceneError("normalised", normalised, allowed)
-    if against == "auto":  # lengths are unknown here: creepages come before the spin
+    if against == "auto":  # lengths are unknown here: creepages are chosen before spin
         moving = [name for name in ("vx", "vy") if np.ptp(dataset[name].values) > 0] or ["spin"]
         against = max(moving, key=lambda name: float(np.ptp(dataset[name].values)))
     along = measure(None, "1", dataset[against].values)
@@ -299,7 +299,7 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
         ax.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
         ax.set_ylabel("distance from the best tractions /\nlargest traction bound")
         ax.set_ylim(bottom=DISTANCE_MIN / 3)
-        # a decade at least, with the numbers of decades alone: others lie over each other
+        # at least one decade, with numbers at decades only: others would overlap
         low, high = ax.get_xlim()
         beyond = max(1.0, np.sqrt(10 * low / high))
         ax.set_xlim(low / beyond, high * beyond)

@@ -1,5 +1,5 @@
-"""How all pictures look, and their files: the style, figures, sizes in print, ticks, and legends
-that cover nothing.
+"""Style of all pictures and their files: figures, sizes in print, ticks, and legends that cover
+nothing.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ LOOKS: dict[str, dict[str, Any]] = {
     "slip": {"facecolor": SLIP_COLOUR, "edgecolor": "#c98a5a", "hatch": "//////", "linewidth": 0},
     "plastic": {"facecolor": "#d9c7e3", "edgecolor": "#7d5f91", "hatch": "....", "linewidth": 0},
 }
-"""Of areas in the order of their states: in print the colours of stick and slip are the same
-grey."""
+"""Looks of areas, in the order of their states. Slip is hatched, as in print its colour and that of
+stick are the same grey."""
 
 ROLLING = {1: ", rolling to the right", -1: ", rolling to the left"}
 MARKERS = "os^vDP*X<>hd"
 BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
-"""Where a legend to the right of axes is."""
+"""Options of a legend to the right of the axes."""
 
 FIELD = "--plot"
 MARK = "Drawn by varcontact"
@@ -56,11 +56,11 @@ MARK = "Drawn by varcontact"
 OURS = b".*Drawn by varcontact"
 """Pattern of files with the mark."""
 _SIGNED = {"png": "Software", "pdf": "Creator", "svg": "Creator", "ps": "Creator", "eps": "Creator"}
-"""Where pictures of each kind can say it; those of other kinds cannot."""
+"""Metadata entry for the mark, by kind of picture; other kinds have none."""
 
 
 class SmallFigure(UserWarning):
-    """A size of a figure that has no room for all panels."""
+    """Figure size with no room for all panels."""
 
 
 class Picture(Figure):
@@ -75,13 +75,13 @@ class Picture(Figure):
 
 
 def styled() -> AbstractContextManager[None]:
-    """The style file, for what is drawn within."""
+    """Context with the style file, for everything drawn within."""
     context: AbstractContextManager[None] = style.context("varcontact.plotting.journal")
     return context
 
 
 def colour(number: int) -> str:
-    """One of the style's colours, which come round again; call it within `styled`."""
+    """Colour of the style with this number, repeated cyclically; call it within `styled`."""
     colours: list[str] = mpl.rcParams["axes.prop_cycle"].by_key()["color"]
     return colours[number % len(colours)]
 
@@ -108,7 +108,9 @@ def empty_figure(default: tuple[float, float], figsize: Any = None) -> Picture:
 def new_figure(
     rows: int, columns: int, default: tuple[float, float], figsize: Any = None, **options: Any
 ) -> tuple[Figure, list[Axes]]:
-    """The same with axes, row by row, by options of `Figure.subplots`."""
+    """Figure with `rows` by `columns` axes, listed row by row; `options` are those of
+    `Figure.subplots`.
+    """
     figure = empty_figure(default, figsize)
     return figure, list(figure.subplots(rows, columns, squeeze=False, **options).flat)
 
@@ -137,7 +139,7 @@ def new_panels(
 
 
 def _room(count: int, figsize: Any, width: float, height: float) -> tuple[int, int]:
-    """Rows and columns of legible panels in a figure [inch]; refused where there is none."""
+    """Rows and columns of legible panels in a figure [inch]; SceneError if not one fits."""
     columns = min(count, 3, int(width / PANEL_WIDTH))
     rows = int(height / PANEL_HEIGHT)
     if columns == 0 or rows == 0:
@@ -158,7 +160,7 @@ def say_dropped(count: int, shown: int, size: tuple[float, float], names: Sequen
 def panel(
     ax: Axes | None, figsize: Any, default: tuple[float, float]
 ) -> Iterator[tuple[Figure, Axes]]:
-    """The axes that are given, or those of a new figure, after it, and the style for what is drawn
+    """Axes as given, or those of a new figure, after the figure; and the style for everything drawn
     within.
     """
     if not isinstance(ax, Axes | None):
@@ -177,7 +179,7 @@ def plain_log_ticks(ax: Axes) -> None:
 
 
 def legend_below(ax: Axes, columns: int = 3) -> None:
-    """A legend below axes and their labels, of all that have a label."""
+    """Legend below axes and their labels, with everything that has a label."""
     handles, _ = ax.get_legend_handles_labels()
     if not handles:
         return
@@ -197,7 +199,7 @@ def legend_below(ax: Axes, columns: int = 3) -> None:
 
 
 def colour_bar(ax: Axes, image: Any, label: str) -> None:
-    """A colour bar to the right of axes, as high as they are."""
+    """Colour bar to the right of axes, of the same height."""
     ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label)
 
 
@@ -214,7 +216,7 @@ def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
 
 
 def write_picture(figure: Figure, path: Path) -> None:
-    """Write a figure in the format of the path's ending, whole or not at all."""
+    """Write a figure atomically, in the format of the path's ending."""
     picture = io.BytesIO()
     kind = path.suffix[1:].lower()
     metadata = None

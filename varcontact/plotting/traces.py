@@ -25,7 +25,7 @@ FIGURES = {
     "changes": "elements that changed area",
 }
 SHOWN_MIN = 1e-17
-"""Residuals and gaps below are rounding, and drawn here."""
+"""Residuals and gaps below this are rounding; they are drawn at it."""
 
 
 @checks.named_options()

@@ -25,7 +25,7 @@ _POWERS = {
 """Powers of force and of length in each quantity."""
 
 _SYMBOLS = {(0, 1): "m", (1, 0): "N", (1, -2): "Pa", (1, 1): "N m", (1, -1): "N/m"}
-"""What takes prefixes."""
+"""Units that take prefixes, by powers of force and length."""
 
 _PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
 
@@ -48,14 +48,14 @@ class Measure:
         return f"{name} [{self.unit}]" if self.unit else name
 
     def text(self, value: float, digits: int = 3) -> str:
-        """A `value` in the scene's units as text, of so many `digits`, with its unit."""
+        """Text of a `value` in the scene's units, with a number of `digits` and its unit."""
         if self.unit.startswith("$10"):  # without its power
             return f"{value + 0.0:.{digits}g} {self.unit.partition('$ ')[2]}".rstrip()
         return f"{value * self.factor + 0.0:.{digits}g} {self.unit}".rstrip()
 
 
 def measure(scene: Scene | None, quantity: str, values: Any) -> Measure:
-    """How values in the units of a scene are shown: the largest has the prefix that fits.
+    """Factor and unit in which values of a scene are shown: the largest has the prefix that fits.
 
     `quantity` is one of `_POWERS` or "1"; forces and moments of line contact are per unit length.
     Where no prefix fits, the unit has a power of a thousand.
@@ -69,7 +69,7 @@ def measure(scene: Scene | None, quantity: str, values: Any) -> Measure:
         force, length = _POWERS[quantity]
         if scene.line and quantity in ("force", "moment"):
             length -= 1
-        unit = units.of(quantity, scene.line).replace("$", r"\$")  # a dollar, and no formula
+        unit = units.of(quantity, scene.line).replace("$", r"\$")  # a dollar sign, not a formula
         if units.length in _METRES and units.force in _NEWTONS:
             factor = _NEWTONS[units.force] ** force * _METRES[units.length] ** length
             unit = "1/m"
@@ -90,7 +90,7 @@ def measure(scene: Scene | None, quantity: str, values: Any) -> Measure:
 
 
 def _fitting_prefix(symbol: str, largest: float) -> str:
-    """The largest prefix with which a value is one or more: MPa up to 10 GPa, as is usual, and no
+    """Largest prefix with which a value is at least one: MPa up to 10 GPa, as is usual, and no
     kilometres.
     """
     if largest == 0:

@@ -1,4 +1,4 @@
-"""Closed forms to test against: public, documented, tested by quadrature or limits."""
+"""Closed-form reference solutions: public, documented, and tested by quadrature or limits."""
 
 from varcontact.reference.bufler import Bufler, bufler
 from varcontact.reference.carter import Carter, carter

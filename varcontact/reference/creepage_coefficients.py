@@ -202,7 +202,7 @@ def _table() -> np.ndarray:
 
 
 def _slender(x: Any, nu: np.ndarray) -> np.ndarray:
-    """Asymptotes of slender contacts but for factors, as they change with log(a/b) beyond the
+    """Asymptotes of slender contacts up to constant factors: the change with log(a/b) beyond the
     table.
     """
     L = math.log(16) + 2 * x
@@ -233,8 +233,8 @@ def near_splines(place: Any, intervals: int) -> tuple[Any, tuple[Any, Any, Any, 
 
 
 def splines_at_knots(values: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Coefficients of the B-splines whose sum has given values at the knots; the outermost inner
-    knots are none.
+    """Coefficients of the B-splines whose sum has given values at the knots; the first and the last
+    inner knot are left out.
     """
     values = np.moveaxis(values, axis, 0)
     n = len(values)

@@ -17,13 +17,13 @@ from varcontact.checks import elastic, exactly_one, positive
 from varcontact.errors import SceneError
 
 LEAST_RATIO = 1e-100
-"""Least axial ratio of a contact."""
+"""Least axial ratio of a contact ellipse."""
 
 LEAST_SHARE = 1e-14
-"""Least part of the force on an element that counts as touched; less may be rounding."""
+"""Least share of the force on an element that counts as touched; less may be rounding."""
 
 WHOLE = 1e-12
-"""Part of an element that may be missing of one that is covered: rounding."""
+"""Part of a covered element that may be missing due to rounding."""
 
 
 LANDEN_STEPS = 14
@@ -430,7 +430,7 @@ def hertz_ellipse(
 
 
 def _check_slender(x_name: str, x: float, y_name: str, y: float, most: float) -> None:
-    """Refuse contacts so slender that the square of their axial ratio is nothing."""
+    """Refuse contacts so slender that the square of their axial ratio underflows."""
     if max(x, y) > most * min(x, y):
         raise SceneError(f"{x_name}, {y_name}", (x, y), f"at most {most:g} times one another")
 

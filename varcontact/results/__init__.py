@@ -1,1 +1,1 @@
-"""What comes out: solutions, histories, stresses, reports."""
+"""Results: solutions, histories, stresses, reports."""

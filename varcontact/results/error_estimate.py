@@ -1,4 +1,4 @@
-"""Estimated error against the continuum: the distance that a grid leaves open."""
+"""Estimated error against the continuum, which remains on every grid."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 from varcontact.html import in_rows, preformatted
 
 BY_NAME = ("values", "errors", "on_grid", "bars")
-"""Entries that are by the name of a value."""
+"""Entries that are dictionaries by the name of a value."""
 
 
 @dataclass(frozen=True)
 class Solve:
-    """One of the solves behind an estimate."""
+    """Grid and time of one of the solves behind an estimate."""
 
     nx: int  # elements across the contact along x and y
     ny: int  # elements across the contact along x and y
@@ -123,12 +123,12 @@ class ErrorEstimate:
         return replace(steps[0], **parts)
 
     def plain(self) -> dict[str, Any]:
-        """As dictionaries, lists and numbers: the record of a file, and what is printed as JSON."""
+        """Record of dictionaries, lists and numbers, for files and JSON output."""
         return asdict(self) | {"solves": [asdict(each) for each in self.solves]}
 
     @classmethod
     def from_plain(cls, record: dict[str, Any]) -> ErrorEstimate:
-        """From its `record`, as `plain` gives it; ValueError if it is something else."""
+        """Error estimate from its record, as `plain` gives it; ValueError for any other record."""
         try:
             solves = tuple(Solve(**each) for each in record["solves"])
             named = {

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Receptance = Callable[[float], complex] | tuple[Any, Any] | None
 
 POLE_STEPS = 30
-"""Steps in which a rational fit moves its poles."""
+"""Iterations of a rational fit that relocate its poles."""
 POLE_REAL_TOL = 1e-9
 """Imaginary part relative to the size of a pole below which it is real."""
 
@@ -183,8 +183,8 @@ def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
 
 @dataclass(frozen=True, eq=False)
 class HarmonicSolution:
-    """What swings with ``exp(i k q)`` by the distance rolled q, without slip,
-    under creepages of a `Harmonic`.
+    """Harmonic response ``exp(i k q)`` in the distance q rolled, without slip, to the creepages of
+    a `Harmonic`.
 
     Attributes
     ----------
@@ -259,7 +259,7 @@ def _rational(
 
 
 def _with_conjugates(poles: np.ndarray) -> np.ndarray:
-    """Each pole, followed by its conjugate."""
+    """Poles, each followed by its conjugate."""
     pairs = np.repeat(poles, 2)
     pairs[1::2] = poles.conj()
     return pairs
@@ -424,8 +424,8 @@ def _check_corrugation(problem: Linearised) -> None:
 def _wear_and_load(
     problem: Linearised, sol: Solution, k: np.ndarray, receptance: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Work (wave numbers, speeds, rows) of a wave of unit height by area of the rail, and the swing
-    of the load (wave numbers, speeds); without receptances the load is constant.
+    """Work (wave numbers, speeds, rows) of a wave of unit height per area of the rail, and the
+    oscillation of the load (wave numbers, speeds); without receptances the load is constant.
     """
     grid = sol.grid
     scales = problem.disc.scales
@@ -450,7 +450,7 @@ def _wear_and_load(
             amplitudes = _amplitudes(sol, resultants, compliance)
             swing = (amplitudes @ changes)[:-1].reshape(3, -1)
             loads[i, j] = resultants["Fz"] @ amplitudes
-            # work of the swinging tractions on the steady shift, and the other way round
+            # work of oscillating tractions on the steady shift, and of steady ones on the other
             swinging = amplitudes[: len(rigid)] * problem.mean(k[i]).real
             slip = np.tensordot(swinging, rigid, axes=1) + _mean_shift(problem, k[i], swing)
             work = (swing[:2] * shift + traction * slip).sum(axis=0).reshape(grid.shape)

@@ -37,8 +37,8 @@ def heat_of(step: Solution) -> Heat:
 
 
 def heat_before(start: Solution | None) -> list[Heat]:
-    """Heat before a history begins: steady rolling for ever, or one step; none where time is not
-    known.
+    """Heat before the start of a history: steady rolling for ever, or one step; none if times are
+    unknown.
     """
     if start is None:
         return []
@@ -51,13 +51,13 @@ def heat_before(start: Solution | None) -> list[Heat]:
 
 
 def heat_matters(scene: Scene) -> bool:
-    """True where friction depends on the heat of the steps before."""
+    """True where friction depends on the heat of earlier steps."""
     return scene.warm
 
 
 def heat_so_far(scene: Scene, start: Solution | None, steps: Iterable[Heat]) -> list[Heat]:
-    """Heat of the start and of the first steps of a history; none where friction does not depend
-    on it.
+    """Heat of the start and of the first steps of a history; none if friction does not depend on
+    it.
     """
     if not heat_matters(scene):
         return []
@@ -140,7 +140,7 @@ class History(Reported, Sequence[Solution]):
 
     @property
     def rolled(self) -> np.ndarray:
-        """Distance rolled since the start at the end of each step [length], whatever its direction;
+        """Distance rolled since the start, in either direction, at the end of each step [length];
         (steps,).
         """
         return np.cumsum(self.dq)

@@ -25,9 +25,10 @@ from varcontact.system.process import need
 from varcontact.transports import DIFFERENCES, mirrored
 
 RESIDUAL_TOL = 1e-10
-"""Of the residual, relative to the right-hand side."""
+"""Tolerance of the residual, relative to the right-hand side."""
 RESIDUAL_TOL_ROUNDED = 1e-6
-"""The same in the space of all unknowns, where only rounding is left of the residual."""
+"""Tolerance of the residual, relative to the right-hand side, where the basis spans all unknowns
+and only rounding is left."""
 LEAST_RISE = 0.1
 """Rise of the squared pressure from the second to the third element of a row, relative to the
 former, that is a slope; on an ellipse .67 of long rows, and none of four elements."""
@@ -76,7 +77,7 @@ class Linearised:
 
     @property
     def terms(self) -> list[tuple[int, float]]:
-        """Steps ago and weights of the difference that slip is, other than now."""
+        """Terms of the slip difference other than the present: steps ago, and weight."""
         return [(ago, weight) for ago, weight in DIFFERENCES[self.disc.transport.difference] if ago]
 
     def resultants(self) -> tuple[tuple[str, ...], np.ndarray]:
@@ -190,12 +191,12 @@ class Linearised:
         lengths = np.linalg.norm(right, axis=0)
         projected = basis.conj().T @ images
         while True:
-            # the unknowns in the basis, and what they leave
+            # unknowns in the basis, and the residual
             parts = np.linalg.solve(projected, (right.conj().T @ basis).conj().T)
             residual = right - images @ parts
             sizes = np.linalg.norm(residual, axis=0)
             count = basis.shape[1]
-            missing = ~(sizes <= RESIDUAL_TOL * lengths)  # also where there is NaN
+            missing = ~(sizes <= RESIDUAL_TOL * lengths)  # also for NaN
             rounded = count == size and np.all(sizes < RESIDUAL_TOL_ROUNDED * lengths)
             if rounded or not missing.any():
                 return basis, parts
@@ -206,7 +207,7 @@ class Linearised:
                 )
             # preconditioned residuals join the basis
             new = precondition(residual[:, missing])[:, : size - count]
-            for _ in range(2):  # rounding leaves some in the first
+            for _ in range(2):  # the second pass removes rounding
                 new = np.linalg.qr(new - basis @ (new.conj().T @ basis).conj().T)[0]
             image = self._images(phases, shifts, new)
             across = (image.conj().T @ basis).conj().T
@@ -349,7 +350,7 @@ class Linearised:
         return precondition
 
     def mean(self, k: float) -> complex:
-        """Mean of a swing over the step, relative to that at its end."""
+        """Mean of an oscillation over the step, divided by its value at the step's end."""
         if k == 0:
             return 1.0
         return complex(self.phases(k)[1:].sum() / (1j * k * self.step))

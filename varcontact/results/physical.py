@@ -1,4 +1,4 @@
-"""From the contact state that solvers found to the solution in physical units."""
+"""Solution in physical units, from the contact state that solvers found."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ from varcontact.transports import SteadyRolling, mirrored
 
 
 def computed_when_read(response: ContactResponse, plan: Plan) -> bool:
-    """True of theories, but for their steps, which would keep what all of them take."""
+    """True for theories, whose results are computed on reading, except in time steps, which would
+    keep the data of all steps.
+    """
     return plan.is_formula and not isinstance(response.disc.loading.motion, TimeStep)
 
 
@@ -94,7 +96,7 @@ def _slip(response: ContactResponse, plan: Plan) -> np.ndarray:
 
 
 def _power_density(response: ContactResponse, plan: Plan) -> np.ndarray:
-    """Frictional work by area; NaN with spin where the method gives no moment."""
+    """Frictional work per area; NaN with spin where the method gives no moment."""
     motion = response.disc.loading.motion
     if not plan.has_moment and motion is not None and motion.rigid[2]:
         return np.full(response.pressure.shape, math.nan)
@@ -135,7 +137,9 @@ def _carried(disc: Discretisation, left: Fields) -> dict[str, np.ndarray]:
 
 
 def step_before(sol: Solution, disc: Discretisation, heat: Sequence[Heat] = ()) -> StepBefore:
-    """A solution as the next step finds it, dimensionless; `heat` of all steps so far."""
+    """Solution as the previous step of the next one, dimensionless; `heat` is that of all steps so
+    far.
+    """
     quantities = disc.interface.carried
     return StepBefore(
         pressure=sol.pressure / disc.scales.pressure,
@@ -153,7 +157,7 @@ def step_before(sol: Solution, disc: Discretisation, heat: Sequence[Heat] = ()) 
 
 
 def _trace(scene: Scene, disc: Discretisation, stats: SolveStats) -> Any:
-    """The trace of the solvers, where it was kept."""
+    """Trace of the solvers, if it was recorded."""
     if stats.trace is None:
         return None
     energy = disc.scales.force * disc.scales.displacement
@@ -185,7 +189,7 @@ def _undetermined_creepage(scene: Scene, disc: Discretisation, state: ContactSta
         return np.array([True, True])
     if not scene.shift_undetermined or isinstance(motion, Steady):
         return np.array([False, False])
-    # where the rigid shift has no reference, a force that changes leaves its shift open
+    # without a reference for the rigid shift, a change of force leaves its shift undetermined
     if isinstance(motion, Shift):
         return np.array([True, True])
     force = state.traction.sum(axis=(1, 2)) * disc.lattice.area

@@ -1,4 +1,4 @@
-"""What a scene requires, as plain data; in words only where it is printed."""
+"""Plan: the requirements of a scene as plain data, put into words only where it is printed."""
 
 from __future__ import annotations
 
@@ -18,23 +18,22 @@ from varcontact.system.process import changed
 from varcontact.theories.on_grid import THEORIES, Theory
 
 UNPOLISHED = 1e-2
-"""Part of the tolerance that is asked of a solver whose answer no active set improves."""
+"""Part of the tolerance requested of a solver whose answer is not polished by active sets."""
 POLISH_TOLS = (1e-2, 1e-4, 1e-6)
-"""Accuracies asked of a solver of programs, each where the one before is not enough for active
-sets."""
+"""Accuracies requested of a solver of programs in turn, until active sets can polish its answer."""
 CONIC_TOL = 1e-6
-"""Accuracy asked of a solver of programs whose answer is refined by splitting."""
+"""Accuracy requested of a solver of programs whose answer is refined by splitting."""
 ACTIVE_SETS: dict[Kind, str] = {"normal": "norm", "tangential": "tang-safeguarded"}
 """Solvers that polish the answers of programs."""
 POLISHED_TOL = 1e-9
-"""Residual at which a polished answer is not improved any more."""
+"""Residual below which a polished answer is not improved further."""
 
 AT_ONCE = ("newton", "splitting", "active-set")
 """Couplings in which one solver finds pressure and tractions together."""
 
 Begin = Literal["given", "only given", "last", "best", "none"]
-"""Where an attempt begins: at the start that is given, if one is; at that one, or it is not made;
-at the last answer; at the best one; on its own."""
+"""Start of an attempt: the given one, if any; only the given one, else no attempt is made; the last
+answer; the best one; none."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ class Sizes:
 
     @property
     def peak(self) -> float:
-        """Bytes at the peak of the problem that needs most."""
+        """Memory at the peak of the problem that needs most [bytes]."""
         return max(self.memory.values())
 
 
@@ -153,18 +152,18 @@ class Attempt:
     reason: str = ""
 
     def asked(self, tol: float) -> float:
-        """Accuracy that it is asked for."""
+        """Accuracy requested of the solver."""
         return max(self.part * tol, self.least)
 
     def enough(self, tol: float) -> float:
-        """Residual of the best answer at which it is not made."""
+        """Residual of the best answer so far below which this attempt is skipped."""
         return min(tol, self.until)
 
 
 @dataclass(frozen=True)
 class Plan(Reported):
-    """What a scene requires: its kind and the methods chosen; of
-    `varcontact.plan` also how large the problems are.
+    """Plan of a scene: its kind and the methods chosen; of `varcontact.plan` also the sizes of the
+    problems.
 
     Attributes
     ----------
@@ -331,7 +330,7 @@ class Plan(Reported):
 
     @property
     def loops(self) -> bool:
-        """True where pressure and tractions are solved for in passes, until both stay."""
+        """True where pressure and tractions are solved in outer iterations until both converge."""
         return self.coupling in ("panagiotopoulos", "joint", *AT_ONCE)
 
     @property
@@ -341,11 +340,13 @@ class Plan(Reported):
 
     @property
     def by_areas(self) -> bool:
-        """True where that solver takes both on their areas, by dense matrices."""
+        """True where one solver finds pressure and tractions by active sets, with dense
+        matrices.
+        """
         return self.coupling == "active-set"
 
     def summary(self) -> dict[str, Any]:
-        """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints
+        """Plan as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints
         it.
         """
         record: dict[str, Any] = json.loads(json.dumps(self.record()))
@@ -369,7 +370,9 @@ class Plan(Reported):
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Plan:
-        """From the `record` that `summary` and JSON made of it; ValueError if it is no plan's."""
+        """Plan from the `record` that `summary` and JSON made of it; ValueError for any other
+        record.
+        """
         if not (isinstance(record.get("reasons"), dict) and isinstance(record.get("normal"), str)):
             raise ValueError("a plan without methods and reasons")
         not_stored = {"sizes": None, "costs": (), "doubts": ()}

@@ -1,5 +1,4 @@
-"""How errors against the continuum are measured: which values of an answer
-count, and in which units.
+"""Measures of errors against the continuum: the values of an answer that count, and their units.
 
 Forces count by the friction limit f Fz, the moment by f Fz sqrt(ab), creepages
 that follow from prescribed forces by the saturation creepage; of normal contact
@@ -29,9 +28,7 @@ NORMAL = ("approach", "normal_force", "peak_pressure")
 
 
 def not_measurable(scene: Scene) -> SceneError | None:
-    """The error of scenes whose errors have no unit: under infinite friction there is no friction
-    limit.
-    """
+    """Error for scenes whose errors have no unit: infinite friction has no friction limit."""
     infinite = [f for f in scene.frictions if isinstance(f, float) and math.isinf(f)]
     if scene.motion is None or not infinite:
         return None
@@ -158,7 +155,7 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
 
 
 def _units_of_history(history: History, steps: Sequence[int] | None) -> dict[str, float]:
-    """Of each value the largest unit of all steps, under its name with the step."""
+    """Largest unit of each value over all steps, by the value's name with the step."""
     of_steps = {k: units(history[k]) for k in steps_that_count(len(history), steps)}
     largest: dict[str, float] = {}
     for of_step in of_steps.values():
@@ -168,7 +165,7 @@ def _units_of_history(history: History, steps: Sequence[int] | None) -> dict[str
 
 
 def steps_that_count(number: int, steps: Sequence[int] | None) -> Sequence[int]:
-    """Steps of a history in which errors are measured: those asked for, or all; a `SceneError` if
+    """Steps of a history in which errors are measured: the requested ones, or all; SceneError if
     one is missing.
     """
     if steps is None:
@@ -235,12 +232,14 @@ def frictional_units(
 
 
 def friction_limit(sol: Solution) -> float:
-    """The largest tangential force that friction can carry, under the bound of the solution."""
+    """Largest tangential force that friction can carry, from the traction bound of the solution."""
     return float(sol.traction_bound.sum() * sol.grid.area)
 
 
 def static_friction_limit(sol: Solution) -> float:
-    """f Fz with the largest coefficient of the friction; the `friction_limit` where it has none."""
+    """Friction force f Fz with the largest coefficient of friction; `friction_limit` if there is no
+    coefficient.
+    """
     if sol.scene.friction is None:
         return math.nan
     largest = sol.scene.largest_coefficient

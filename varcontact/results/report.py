@@ -1,4 +1,4 @@
-"""A solution in words, for people; a comparison in words."""
+"""Printed reports of solutions and of comparisons."""
 
 from __future__ import annotations
 
@@ -229,7 +229,7 @@ def _certificate(sol: Solution) -> Rows:
 
 
 def _force_bounds(sol: Solution) -> str:
-    """The guaranteed bounds on the errors of forces and moment, and what they presume."""
+    """Guaranteed bounds on the errors of forces and moment, and their assumptions."""
     bound = sol.certificate.force_bound
     sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{_unit(sol, 'force')}"
     if sol.plan.has_moment:
@@ -251,7 +251,7 @@ def _estimate(sol: Solution) -> Rows:
     estimate = sol.error_estimate
     if estimate is None or not estimate.errors:
         return [("", f"no error bar: {_no_estimate(sol)}")]
-    # names of values with the same unit stand together
+    # names of values with the same unit are grouped
     names: dict[str, list[str]] = {}
     for name, error in estimate.errors.items():
         names.setdefault(_unit_of_error(sol, name), []).append(f"{name} to {error:.1e}")
@@ -269,7 +269,7 @@ def _estimate(sol: Solution) -> Rows:
 
 
 def _unit_of_error(sol: Solution, name: str) -> str:
-    """The unit in words that the error of a value is measured in."""
+    """Unit of the error of a value, in words."""
     if not sol.plan.has_friction:
         return "themselves"
     return {"Fx": "f Fz", "Fy": "f Fz", "Mz": "f Fz sqrt(ab)"}.get(name, "saturation")
@@ -329,7 +329,7 @@ def no_guarantee(sol: Solution) -> str:
 
 
 def _variable_of_law(law: Law) -> str:
-    """The variable in words that the coefficient of friction depends on."""
+    """Variable on which the coefficient of friction depends, in words."""
     if law.warm:
         return "temperature"
     return "solution" if law.local else "slip"
@@ -357,7 +357,7 @@ def _methods(sol: Solution) -> Rows:
 
 
 def _after_method(sol: Solution, name: str) -> str:
-    """The passes of the coupling, or the solver whose answer it is where another was chosen."""
+    """Passes of the coupling, or the solver that gave the answer if it is not the planned one."""
     if name == "coupling" and sol.passes and sol.friction is None:
         return f", {_counted_passes(len(sol.passes))}"
     solver = sol.solved_by.get(name, "")
@@ -404,12 +404,12 @@ def _displacement(sol: Solution, value: float, bar: float) -> str:
 
 
 def _without_noise(value: float, scale: float) -> float:
-    """A number, or zero where it is rounding beside the scale."""
+    """Number, or zero where it is only rounding relative to the scale."""
     return 0.0 if abs(value) < 1e-13 * abs(scale) < np.inf else value
 
 
 REPORTED_STEPS = 10
-"""Steps of a history that its report lists, at most."""
+"""Largest number of steps of a history in its report."""
 
 
 def report_history(history: History) -> str:
@@ -484,7 +484,7 @@ AS_THEY_ARE = (
     "warnings",
     "error_estimate",
 )
-"""Entries that a summary takes from a solution under their own names."""
+"""Entries of a summary that a solution has under the same names."""
 
 
 def summary(sol: Solution) -> dict[str, Any]:

@@ -207,22 +207,22 @@ class Solution(Reported):
 
     @property
     def weakening(self) -> np.ndarray | None:
-        """Of a law of friction with particles that remember: the part of ``static - kinetic`` that
-        they have lost by slip [-], (ny, nx), or None; from `carried`.
+        """Part of ``static - kinetic`` that particles have lost by slip [-], (ny, nx), under a
+        friction law with memory, else None; from `carried`.
         """
         return self.carried.get("weakening")
 
     @property
     def memory(self) -> np.ndarray | None:
-        """Of viscoelastic bodies in a history: tractions that particles remember [force/area], or
+        """Tractions that particles of viscoelastic bodies remember in a history [force/area], or
         None; from `carried`.
         """
         return self.carried.get("memory")
 
     @property
     def plastic(self) -> np.ndarray | None:
-        """Of a layer that yields: plastic displacement [length] and yield stress [force/area],
-        (3, ny, nx), or None; from `carried`.
+        """Plastic displacement [length] and yield stress [force/area] of a layer that yields, (3,
+        ny, nx), or None; from `carried`.
         """
         if "yield_stress" not in self.carried:
             return None
@@ -398,7 +398,7 @@ class Solution(Reported):
         a rough theory.
         """
         negative = float(self.power_density[self.power_density < 0].sum())
-        # where nothing slips
+        # no slip anywhere
         if negative == 0 or abs(negative) * self.grid.area < NEGATIVE_WORK_MIN * abs(self.power):
             return 0.0
         return negative / abs(float(self.power_density.sum()))

@@ -36,24 +36,28 @@ Body = Literal["upper", "lower", "rail", "wheel"] | int
 STRIPS = 16
 """Strips of constant traction in an element of linear tractions, for stresses below."""
 NAMES = ("upper", "lower")
-"""Of the bodies of a scene, the first with z >= 0; patches of wheels name theirs."""
+"""Names of the bodies of a scene, the first with z >= 0; patches of wheels name theirs."""
 
 ONE = "; of a History, one of its steps"
 
 CENTRE_TOL = 1e-9
-"""Distance of a point from the centre of an element, in sides, up to which it is below it."""
+"""Distance of a point from an element centre, divided by the sides, up to which it counts as below
+it."""
 
 FARTHEST = 1e60
-"""The largest coordinate of a point: the potentials take fifth powers of distances."""
+"""Largest coordinate of a point: the potentials contain fifth powers of distances."""
 
 BYTES_PER_ELEMENT = 2200.0
-"""Memory of `stress_below` for one layer at work, measured on 4096 to 262 144 elements."""
+"""Memory of `stress_below` for one layer in progress, per element [bytes], measured on 4096 to 262
+144 elements."""
 BYTES_PER_ELEMENT_AND_DEPTH = 450.0
-"""Memory of its results, measured likewise."""
+"""Memory of its results per element and depth [bytes], measured likewise."""
 
 
 class Patch(Protocol):
-    """What has a solution and names for its bodies: a patch of a wheel on a rail."""
+    """Protocol of objects with a solution and names for its bodies: a patch of a wheel on a
+    rail.
+    """
 
     @property
     def solution(self) -> Solution: ...
@@ -356,15 +360,15 @@ class BodyField:
             raise SceneError("body", side, f"{allowed}: of others these stresses are not known")
 
     def at(self, points: np.ndarray) -> Any:
-        """The field at points (3, n): below element centres by FFT, where that is quicker."""
+        """Field at points (3, n): by FFT below element centres, where that is faster."""
         field = self._below_centres(points)
         if field is None:
             field = self._at(points, *self._strips)
         return self._with_loads_beside(field, points)
 
     def _below_centres(self, points: np.ndarray) -> ElasticField | None:
-        """The field at points (3, n) by FFT; None where they are not below element centres, or
-        so few that sums over the loaded elements are quicker.
+        """Field at points (3, n) by FFT; None if they are not below element centres, or if sums
+        over the loaded elements are faster.
         """
         grid = self.solution.grid
         if self.layered or grid.linear or grid.line:

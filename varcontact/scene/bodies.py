@@ -17,7 +17,7 @@ Relaxations = tuple[tuple[float, float], ...]
 """Relaxations of a standard linear solid: parts of the compliance, and times [time]."""
 
 RIGID = "rigid"
-"""A body of a pair, or a base, that does not give way."""
+"""Name of a rigid body in a pair, or of a rigid base."""
 
 
 def _relaxations(field: str, given: Any, least: int = 0) -> Relaxations:
@@ -100,7 +100,7 @@ class Bodies(Checked):
     @classmethod
     @checks.named_options()
     def from_young(cls, E: float | tuple[float, float], nu: float | tuple[float, float]) -> Bodies:
-        """From Young's modulus, (160): ``G = E / (2 (1 + nu))``.
+        """Bodies from Young's modulus, (160): ``G = E / (2 (1 + nu))``.
 
         Parameters
         ----------
@@ -169,7 +169,7 @@ class Bodies(Checked):
 
     @property
     def softest(self) -> Bodies:
-        """Half-spaces that give way at least as much as these bodies: these."""
+        """Half-spaces at least as compliant as these bodies: themselves."""
         return self
 
     @property
@@ -422,13 +422,13 @@ class BodyPair:
 
     @property
     def both(self) -> tuple[Body | str, Body | str]:
-        """The upper and the lower one."""
+        """Upper and lower body."""
         return self.upper, self.lower
 
     @property
     def bedded(self) -> bool:
-        """True where one of them is a Winkler bedding: displacements at a point are by the traction
-        there.
+        """True where one of the bodies is a Winkler bedding: the displacement at a point depends on
+        the traction there only.
         """
         return any(isinstance(body, Winkler) for body in self.both)
 
@@ -441,7 +441,7 @@ class BodyPair:
 
     @property
     def softest(self) -> Bodies:
-        """Half-spaces that give way at least as much as these bodies."""
+        """Half-spaces at least as compliant as these bodies."""
         upper, lower = (
             min(G for G, _ in _relaxed(materials(body))) for body in (self.upper, self.lower)
         )
@@ -455,9 +455,7 @@ class BodyPair:
 
     @property
     def of_several_solids(self) -> bool:
-        """True where the parts of a body, one of which is viscoelastic, differ in their
-        relaxations.
-        """
+        """True where parts of a body, one of them viscoelastic, have different relaxations."""
         return any(
             len({solid for _, _, solid in materials(body)}) > 1 for body in (self.upper, self.lower)
         )
@@ -469,7 +467,7 @@ class BodyPair:
 
     @property
     def relaxed(self) -> Bodies | BodyPair:
-        """The elastic bodies that these are after a long time under constant tractions."""
+        """Elastic bodies to which these relax under constant tractions."""
         pair: list[Body | str] = []
         for body in (self.upper, self.lower):
             soft = _relaxed(materials(body))
@@ -505,9 +503,7 @@ class BodyPair:
 
     @property
     def grounded(self) -> bool:
-        """True where both bodies rest on bases that do not move: normal displacements count from
-        there.
-        """
+        """True where both bodies rest on fixed bases, from which normal displacements count."""
         for body in (self.upper, self.lower):
             if isinstance(body, Layered):
                 rests = isinstance(body.base, str)
@@ -519,8 +515,8 @@ class BodyPair:
 
     @property
     def slides(self) -> bool:
-        """True where one of them rests on a base without friction: tangential displacements are
-        known but for a shift.
+        """True where one of the bodies rests on a frictionless base: tangential displacements are
+        determined up to a constant.
         """
         return any(
             isinstance(body, Layered) and body.base == "smooth" for body in (self.upper, self.lower)
@@ -546,7 +542,7 @@ def as_bodies(value: Any) -> Any:
 
 
 def loaded_alone(bodies: Bodies | BodyPair, loaded: str) -> Bodies | BodyPair:
-    """The bodies, of which only the loaded one ("upper", "lower", "both") gives way."""
+    """Bodies of which only the loaded one ("upper", "lower", "both") is deformable."""
     if loaded == "both":
         return bodies
     if isinstance(bodies, Bodies):
@@ -559,9 +555,7 @@ def loaded_alone(bodies: Bodies | BodyPair, loaded: str) -> Bodies | BodyPair:
 
 
 def materials(body: Body | str) -> list[tuple[float, float, Relaxations]]:
-    """G, nu and relaxations of the layers of a body, from the surface, and of a base that gives
-    way.
-    """
+    """G, nu and relaxations of the layers of a body, from the surface, and of a deformable base."""
     if isinstance(body, str):
         return [(math.inf, 0.0, ())]
     if isinstance(body, Bodies):

@@ -1,5 +1,5 @@
-"""Heights that rolling bodies carry through the contact: roughness, flats, corrugation, what wear
-has left.
+"""Heights that rolling bodies carry through the contact: roughness, flats, corrugation, worn
+profiles.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from varcontact.scene.interpolation import Interpolation
 from varcontact.system.process import lazy_property
 
 AROUND = 8
-"""Samples of the next period, from which an interpolation goes on smoothly."""
+"""Samples of the next period beside the ends, with which an interpolation continues smoothly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
 
     @checks.named_options()
     def worn(self, depth: np.ndarray) -> Carried:
-        """The same less a depth.
+        """Copy whose heights are less by a depth.
 
         Parameters
         ----------

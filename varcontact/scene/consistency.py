@@ -51,7 +51,7 @@ motion."""
 
 
 def check_classes(scene: Scene) -> None:
-    """Each entry is of a class that it may have."""
+    """Check that each entry is an instance of an allowed class."""
     optional = (type(None),)
     for name, classes, more in (
         ("bodies", (Bodies, BodyPair, GivenBodies), " or a pair of bodies"),
@@ -74,7 +74,7 @@ def check_classes(scene: Scene) -> None:
 
 
 def check(scene: Scene) -> None:
-    """Entries go together."""
+    """Check that the entries are consistent with each other."""
     problems = list(_problems(scene))
     _check_load(scene, problems)
     _check_given_bodies(scene)
@@ -91,7 +91,9 @@ def check(scene: Scene) -> None:
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:
-    """The problems that a scene poses, one after the other; one for all steps that are the same."""
+    """Problems that a scene poses, one after the other; a single one for steps that are all
+    alike.
+    """
     motion = scene.motion
     own = scene.normal_force, scene.approach
     if not isinstance(motion, Transient):
@@ -114,8 +116,8 @@ def _problems(scene: Scene) -> Iterator[_Problem]:
 
 
 def _check_load(scene: Scene, problems: list[_Problem]) -> None:
-    """Exactly one of normal force and approach, in each problem; an approach at which the bodies
-    touch.
+    """Check that each problem has either a normal force or an approach, and that at this approach
+    the bodies touch.
     """
     unloaded = scene.normal_force is None and scene.approach is None
     if not unloaded or not isinstance(scene.motion, Transient):
@@ -132,19 +134,19 @@ def _check_load(scene: Scene, problems: list[_Problem]) -> None:
         raise SceneError(
             "surface", scene.surface, "Paraboloids, or an Ellipse with the scene's own normal_force"
         )
-    # in a history a step may be without contact
+    # a step of a history may be without contact
     if scene.approach is not None and not isinstance(scene.motion, TimeStep | Transient):
         _check_approach(scene, scene.approach)
 
 
 def _check_given_bodies(scene: Scene) -> None:
-    """Bodies by numbers of their own have them on the grid."""
+    """Check that bodies given by numbers have them for the grid."""
     if isinstance(scene.bodies, GivenBodies):
         scene.bodies.check(scene)
 
 
 def _check_approach(scene: Scene, approach: float) -> None:
-    """An approach brings the bodies into contact."""
+    """Check that an approach brings the bodies into contact."""
     least = 0.0
     if isinstance(scene.surface, SampledDistance):
         least = float(scene.surface.h.min())
@@ -162,7 +164,9 @@ def bodies_apart(approach: float | None, least: float) -> NoContact:
 
 
 def _check_harmonic(scene: Scene) -> None:
-    """Creepages swing where elastic bodies stick, and displacements have a place to count from."""
+    """Check that oscillating creepages are of elastic bodies that stick, with a reference for
+    displacements.
+    """
     if not isinstance(scene.motion, Harmonic):
         return
     if scene.friction is not None and not scene.no_slip:
@@ -229,8 +233,8 @@ def _check_law_differentiable(law: Law) -> None:
 
 
 def _check_speed(scene: Scene) -> None:
-    """Viscoelastic bodies roll steadily at a speed, or step by step in time; no other contact
-    depends on either.
+    """Check the speed: viscoelastic bodies roll steadily at a speed, or step by step in time; other
+    contacts need neither.
     """
     motion = scene.motion
     relaxes = scene.bodies.relaxes
@@ -254,7 +258,7 @@ def _check_speed(scene: Scene) -> None:
 
 
 def _check_time(scene: Scene, field: str, meaning: str, value: Any) -> None:
-    """Speed or times of steps are given where bodies relax or warm, and there only."""
+    """Check that speed or step times are given where bodies relax or heat up, and only there."""
     thermal = scene.thermal is not None
     if not scene.bodies.relaxes and not thermal:
         if value is not None:
@@ -273,8 +277,8 @@ def _check_time(scene: Scene, field: str, meaning: str, value: Any) -> None:
 
 
 def _check_surfaces(scene: Scene) -> None:
-    """Line contact, and nothing else, has no rows, and no spin; surfaces of a history are alike,
-    and on a plane.
+    """Check that line contact (and nothing else) has no rows and no spin, and that the surfaces of
+    a history are alike and on a plane.
     """
     grid = scene.grid
     _check_tractions(scene)
@@ -291,7 +295,7 @@ def _check_surfaces(scene: Scene) -> None:
 
 
 def _check_turning(scene: Scene) -> None:
-    """Nothing turns in line contact."""
+    """Refuse spin and rotation in line contact."""
     for name in ("spin", "rotation"):
         turns = np.atleast_1d(getattr(scene.motion, name, 0.0))
         if np.any(turns != 0):
@@ -302,7 +306,9 @@ def _check_turning(scene: Scene) -> None:
 
 
 def _check_pin(scene: Scene) -> None:
-    """A pin and its hole are elastic, pressed by a force, on a grid that goes round once."""
+    """Check that a pin and its hole are elastic, pressed by a force, on a grid of at most one
+    turn.
+    """
     pin = scene.surface
     if not isinstance(pin, PinInHole):
         return
@@ -326,8 +332,8 @@ def _check_pin(scene: Scene) -> None:
 
 
 def _check_tractions(scene: Scene) -> None:
-    """Tractions that are linear between the centres of elements are those of half-spaces that
-    touch, without heat.
+    """Check that tractions linear between element centres belong to half-spaces in direct contact,
+    without heat.
     """
     if not scene.own_grid.linear:
         return
@@ -358,7 +364,7 @@ def check_force_is_sum(scene: Scene) -> None:
 
 
 def _check_turns(scene: Scene) -> None:
-    """A curved surface turns by no more from element to element than influence numbers hold."""
+    """Refuse a curved surface that turns between elements by more than influence numbers allow."""
     surface = scene.surface
     grid = scene.grid
     if not isinstance(surface, SampledDistance) or not isinstance(grid, Grid) or not grid.explicit:
@@ -375,7 +381,7 @@ def _check_turns(scene: Scene) -> None:
 
 
 def _check_conformal(scene: Scene) -> None:
-    """Conformal contact has no history, and no prescribed force along an axis that is curved."""
+    """Refuse a history in conformal contact, and a prescribed force along a curved axis."""
     _check_turns(scene)
     motion = scene.motion
     if isinstance(motion, TimeStep | Transient):
@@ -400,7 +406,7 @@ def _check_conformal(scene: Scene) -> None:
 
 
 def why_centres(scene: Scene) -> str:
-    """The reason why elements at the contact's edge cannot count in part; empty where they can."""
+    """Reason why elements at the contact edge cannot count in part; empty where they can."""
     if scene.own_grid.linear:
         return "is for tractions that are constant in elements"
     if scene.coupled and not scene.frictionless:
@@ -416,8 +422,8 @@ def why_centres(scene: Scene) -> str:
 
 
 def _check_friction(scene: Scene, problems: list[_Problem]) -> None:
-    """Friction is given where there is a motion; a law that falls with slip velocity needs a step
-    that rolls.
+    """Check that friction is given where there is a motion, and that a law by slip velocity has a
+    rolling step.
     """
     for k, _, friction, motion in problems:
         if motion is not None and friction is None:
@@ -437,8 +443,8 @@ def _check_friction(scene: Scene, problems: list[_Problem]) -> None:
 
 
 def _check_law(scene: Scene, law: Law, k: int | None, rolls: bool) -> None:
-    """Thermal data, factors on the grid, and a rolling step (of the number k) for slip velocity,
-    where a law needs them.
+    """Check that a law has the thermal data, the factors on the grid, and the rolling step (of the
+    number k) that it needs.
     """
     if law.warm and scene.thermal is None:
         raise SceneError("friction", law, "a law by slip: temperatures need thermal data")
@@ -458,8 +464,8 @@ def _check_law(scene: Scene, law: Law, k: int | None, rolls: bool) -> None:
 
 
 def _check_start_of_warm(scene: Scene) -> None:
-    """Friction by temperature starts from bodies without tractions, or from steady rolling at a
-    speed.
+    """Check that a history with friction by temperature starts from bodies without tractions, or
+    from steady rolling at a speed.
     """
     if not scene.warm or not isinstance(scene.motion, Transient):
         return
@@ -473,7 +479,7 @@ def _check_start_of_warm(scene: Scene) -> None:
 
 
 def _check_by_element(scene: Scene) -> None:
-    """Values by element lie on the scene's own grid, and rules of that grid."""
+    """Check that values by element, and rules by element, are given on the scene's own grid."""
     motion = scene.motion
     if isinstance(motion, Transient | TimeStep):
         _check_edge_of_history(scene)
@@ -493,8 +499,8 @@ def _check_by_element(scene: Scene) -> None:
 
 
 def _check_edge_of_history(scene: Scene) -> None:
-    """Elements at the edge are not softened in a history: particles cannot carry along to the next
-    step how far they give way.
+    """Refuse softened edge elements in a history: particles cannot carry their edge compliance to
+    the next step.
     """
     edges = ['"centres"']
     kind = "of viscoelastic bodies"
@@ -506,8 +512,8 @@ def _check_edge_of_history(scene: Scene) -> None:
 
 
 def _check_samples(scene: Scene, surface: SampledDistance) -> None:
-    """Samples without coordinates lie on the grid, and so do all in a history of viscoelastic
-    bodies.
+    """Check that samples without coordinates lie on the grid; refuse others in a history of
+    viscoelastic bodies.
     """
     if surface.x is None:
         _check_on_grid(scene, "surface.h", surface.samples)
@@ -517,7 +523,7 @@ def _check_samples(scene: Scene, surface: SampledDistance) -> None:
 
 
 def _check_rigid_slip(scene: Scene, shape: tuple[int, ...]) -> None:
-    """The rigid slip has a value at each sample of a `SampledDistance`."""
+    """Check that the rigid slip has a value at each sample of a `SampledDistance`."""
     name = "motion.rigid_slip"
     if not isinstance(scene.surface, SampledDistance):
         raise SceneError(name, shape, "left out: it is given at the samples of a SampledDistance")
@@ -527,7 +533,7 @@ def _check_rigid_slip(scene: Scene, shape: tuple[int, ...]) -> None:
 
 
 def _check_heights(scene: Scene, heights: Carried) -> None:
-    """Carried heights go with surface, dimension and elements of the scene."""
+    """Check that carried heights match surface, dimension and elements of the scene."""
     if isinstance(scene.surface, Ellipse):
         raise SceneError("surface", scene.surface, "Paraboloids, where motion.carried has heights")
     if scene.line and heights.y is not None:
@@ -543,7 +549,7 @@ def _check_heights(scene: Scene, heights: Carried) -> None:
 
 
 def _check_on_grid(scene: Scene, field: str, values: np.ndarray) -> None:
-    """An array by element has the shape of an explicit grid."""
+    """Check that an array by element has the shape of an explicit grid."""
     grid = scene.grid
     if not (isinstance(grid, Grid) and grid.explicit):
         entries = "nx, dx, x0"
@@ -562,8 +568,8 @@ def _check_on_grid(scene: Scene, field: str, values: np.ndarray) -> None:
 
 
 def _check_depth(scene: Scene, problems: list[_Problem]) -> None:
-    """In line contact displacements count from a depth: it is needed where they are prescribed or
-    carried along.
+    """Check that line contact has a reference depth where displacements are prescribed or carried
+    along.
 
     No depth is needed along a direction in which nothing moves, in which a force is prescribed all
     the time, or in steady rolling, where only differences of displacements count.
@@ -590,7 +596,7 @@ def _check_depth(scene: Scene, problems: list[_Problem]) -> None:
 
 
 def _moves(scene: Scene, problems: list[_Problem], i: int) -> bool:
-    """Anything moves along the direction i (0: x, 1: y) in a shift or history."""
+    """True where anything moves along the direction i (0: x, 1: y) in a shift or history."""
     if i == 0 and scene.coupled and not scene.frictionless:
         return True
     if isinstance(scene.motion, Transient) and scene.motion.start is not None:
@@ -604,12 +610,14 @@ def _moves(scene: Scene, problems: list[_Problem], i: int) -> bool:
 
 
 def _is_moved_by_loads(scene: Scene, i: int) -> bool:
-    """Loads beside the contact shift it along the direction i."""
+    """True where loads beside the contact shift it along the direction i."""
     return any(load.acts(i) or (i == 0 and load.acts_alone) for load in scene.loads or ())
 
 
 def _check_depth_along(scene: Scene, problems: list[_Problem], i: int) -> None:
-    """The force along the direction i is prescribed in each problem, where no depth is given."""
+    """Check that, without a depth, the force along the direction i is prescribed in each
+    problem.
+    """
     force = ("Fx", "Fy")[i]
     for k, _, _, motion in problems:
         if motion is None or (motion.Fx, motion.Fy)[i] is not None:
@@ -622,7 +630,7 @@ def _check_depth_along(scene: Scene, problems: list[_Problem], i: int) -> None:
 
 
 def _depth_for(scene: Scene, entry: str, instead: str) -> SceneError:
-    """The error for an entry that needs a depth to count from."""
+    """Error for an entry that needs a reference depth for displacements."""
     if scene.bodies.slides:
         message = (
             f"{entry} has no meaning where a body slides on a smooth base. Prescribe {instead}"
@@ -636,7 +644,9 @@ def _depth_for(scene: Scene, entry: str, instead: str) -> SceneError:
 
 
 def _check_third_body(scene: Scene) -> None:
-    """A layer that softens has a history; friction on one that yields lets it slip at last."""
+    """Check that a softening layer has a history, and that friction on a yielding layer lets it
+    slip eventually.
+    """
     layer = scene.third_body
     motion = scene.motion
     if layer is None:

@@ -22,7 +22,7 @@ from varcontact.scene.grid import Grid
 
 COEFFICIENT_MIN = 1e-20
 COEFFICIENT_MAX = 1e20
-"""Between these are finite coefficients that are not zero: beyond, products leave the range of
+"""Range of finite nonzero coefficients, `COEFFICIENT_MIN` to this: products stay in the range of
 floating point."""
 
 
@@ -41,7 +41,7 @@ class Law(
     memory_velocity=checks.at_least_zero,
     memory_step=partial(checks.choice, options=MEMORY_STEPS),
 ):
-    """A coefficient of friction by the slip, between a kinetic and a static one."""
+    """Law for the coefficient of friction by slip, between a kinetic and a static value."""
 
     static: float
     kinetic: float
@@ -87,13 +87,13 @@ class Law(
         """Coefficient at the size of a relative slip (any shape), without memory."""
 
     def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative slip (any shape), where it slips; in a shift by
-        [length].
+        """Derivative of the coefficient with respect to relative slip (any shape), in the slip
+        area; in a shift per [length].
         """
         return np.zeros_like(slip_sizes(slip))
 
     def after(self, before: Any, own: Any, slip: np.ndarray, travel: float) -> np.ndarray:
-        """The coefficient of particles that had another one than the law's own, and slid ``slip *
+        """Coefficient of particles with a coefficient of their own, after sliding ``slip *
         travel``.
         """
         least = self.memory_velocity / getattr(self, "velocity", 1.0)
@@ -148,7 +148,7 @@ class StaticKinetic(Law):
 
 @dataclass(frozen=True)
 class _Falling(Law, half_velocity=checks.positive, velocity=checks.positive):
-    """A coefficient that falls from static to kinetic; see the laws for the form of the fall."""
+    """Coefficient that falls from static to kinetic; subclasses give the form of the fall."""
 
     half_velocity: float
     velocity: float = 1.0
@@ -165,8 +165,8 @@ class _Falling(Law, half_velocity=checks.positive, velocity=checks.positive):
         return np.asarray(self.kinetic + (self.static - self.kinetic) * part)
 
     def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative slip; of the linear law that from the left at the end of
-        the fall.
+        """Derivative of the coefficient with respect to relative slip; for the linear law the left
+        derivative at the end of the fall.
         """
         _, slope = self._fall(self._scaled(slip))
         return np.asarray(
@@ -174,7 +174,7 @@ class _Falling(Law, half_velocity=checks.positive, velocity=checks.positive):
         )
 
     def _scaled(self, slip: Any) -> np.ndarray:
-        """Slip velocity by the one at which half is lost."""
+        """Slip velocity divided by the velocity at which half of the fall is reached."""
         return np.minimum(slip_sizes(slip) * (self.velocity / self.half_velocity), checks.LARGE)
 
     @abstractmethod
@@ -284,7 +284,7 @@ class FrictionBound(ABC):
     """Friction whose traction bound is known by pressure and place: it needs no passes."""
 
     rolls_along: ClassVar[bool] = False
-    """True where it goes with the particles, and is for histories only."""
+    """True where the friction moves with the particles, in histories only."""
 
     @abstractmethod
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -300,14 +300,14 @@ class FrictionBound(ABC):
 
 
 Coefficient = float | Law
-"""A coefficient of friction, or what it follows."""
+"""Coefficient of friction, or a law for it."""
 Friction = Coefficient | FrictionBound | np.ndarray
-"""All that the friction of a scene can be."""
+"""Everything that the friction of a scene may be."""
 
 
 def coefficient(field: str, value: Any) -> float | Law | FrictionBound:
     """A coefficient of friction, a law of it, or a traction bound."""
-    if type(value) is float and COEFFICIENT_MIN <= value <= COEFFICIENT_MAX:  # nearly always
+    if type(value) is float and COEFFICIENT_MIN <= value <= COEFFICIENT_MAX:  # the usual case
         return value
     if isinstance(value, Law | FrictionBound):
         return value
@@ -330,7 +330,7 @@ BRANCHES = {
     "solution": "a solution",
     "history": "the step before",
 }
-"""From where a solution under a law is sought, in words."""
+"""Starting points of the search for a solution under a friction law, in words."""
 
 
 def slip_sizes(slip: Any) -> np.ndarray:

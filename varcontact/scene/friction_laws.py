@@ -28,13 +28,13 @@ ROUNDING = 1e-9
 
 
 class LocalLaw(Law):
-    """A coefficient by more than slip."""
+    """Coefficient that depends on more than slip."""
 
     local: ClassVar[bool] = True
     at: ClassVar[Any]  # coefficient by temperature or by pressure, where it depends on nothing else
 
     def __call__(self, slip: Any) -> np.ndarray:
-        """The largest coefficient, at any `slip`: nothing else is known."""
+        """Largest coefficient, at any `slip`: nothing else is known here."""
         return np.full_like(slip_sizes(slip), self.static)
 
     def on(
@@ -181,7 +181,7 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
         object.__setattr__(
             self, "warm", any(_depends_on_temperature(each) for each in self.factors)
         )
-        # functions are tried once
+        # functions are evaluated once
         example = {
             name: np.full((2, 3), value)
             for name, value in zip(ARGUMENTS, (0.0, 20.0, 1.0, 0.0, 0.0), strict=True)

@@ -1,4 +1,4 @@
-"""Bodies that a user gives by numbers: what a scene asks of both of them together."""
+"""Bodies that a user gives by numbers: the members that a scene needs of the pair."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class GivenBodies(ABC):
-    """Both bodies of a scene, by numbers of their own."""
+    """Both bodies of a scene, given by numbers."""
 
     longest_relaxation: ClassVar[float] = 0.0
     relaxes: ClassVar[bool] = False
@@ -37,7 +37,7 @@ class GivenBodies(ABC):
     @property
     @abstractmethod
     def combined_nu(self) -> float:
-        """The Poisson's ratio that goes with it."""
+        """Poisson's ratio that belongs to `combined_G`."""
 
     @property
     @abstractmethod
@@ -62,7 +62,7 @@ class GivenBodies(ABC):
     @property
     @abstractmethod
     def softest(self) -> Any:
-        """Half-spaces whose contact is at least as large; None: the grid has to be given."""
+        """Half-spaces with a contact at least as large; None: the grid must be given."""
 
     @abstractmethod
     def check(self, scene: Scene) -> None:
@@ -101,7 +101,7 @@ class Numbers:
 
     @classmethod
     def of_table(cls, field: str, table: Mapping[str, Any]) -> Numbers:
-        """The array of a file, whose checksum has to fit."""
+        """Array from a file, whose checksum must match."""
         refusal = SceneError(
             field, "numbers", message=f"{field}: the numbers are not those that were written"
         )

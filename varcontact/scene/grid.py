@@ -13,10 +13,10 @@ from varcontact.errors import SceneError
 from varcontact.system.process import changed
 
 Edge = Literal["centres", "touched", "softened"]
-"""Treatments of the elements that the contact's edge cuts, see `Grid`."""
+"""Treatments of the elements that are cut by the contact edge, see `Grid`."""
 EDGES = get_args(Edge)
 Tractions = Literal["constant", "linear", "trigonometric"]
-"""Course of tractions in elements, see `Grid`."""
+"""Variation of tractions within elements, see `Grid`."""
 Cells = tuple[int, int]
 """Equal parts of an element along y and along x."""
 
@@ -243,8 +243,8 @@ class Grid(
         return x0, x0 + self.nx * dx, y0, y0 + self.rows * dy
 
     def window(self, left: int, right: int, bottom: int, top: int) -> Grid:
-        """The same lattice from column `left` to before column `right`, from row `bottom` to before
-        row `top`.
+        """Grid on the same lattice from column `left` to before column `right`, from row `bottom`
+        to before row `top`.
 
         Columns and rows beyond the grid (negative numbers) extend it; line contact has no rows to
         choose.
@@ -253,7 +253,7 @@ class Grid(
         return self._like(right - left, top - bottom, dx, dy, x0 + left * dx, y0 + bottom * dy)
 
     def extended(self) -> Grid:
-        """The same lattice with one more element on every side."""
+        """Grid with one more element on every side."""
         return self.window(-1, self.nx + 1, -1, self.rows + 1)
 
     def divided(self, cells: Cells) -> Grid:
@@ -281,7 +281,7 @@ class Grid(
         return changed(parts, edge="centres", tractions="constant")
 
     def scaled(self, length: float) -> Grid:
-        """The lattice in another unit of `length`, which is given in the old one."""
+        """Grid in another unit of length; `length` is that unit in the old one."""
         dx, dy, x0, y0 = self._lattice()
         scaled: dict[str, float] = {"dx": dx / length, "x0": x0 / length}
         if not self.line:

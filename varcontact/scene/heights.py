@@ -13,9 +13,9 @@ from varcontact.errors import SceneError
 from varcontact.system.files import first_line, text_of
 
 EVEN = 1e-3
-"""Largest deviation of a step between samples, relative to the usual step."""
+"""Largest deviation of a step between samples from the usual step, relative to that."""
 REMOVED = ("mean", "plane", "curvature")
-"""Parts that are removed, each with those before it: a constant, a plane, a paraboloid."""
+"""Shapes that can be removed, each including those before it: a constant, a plane, a paraboloid."""
 ENDINGS = (".npy", ".csv", ".txt", ".xyz")
 
 

@@ -73,7 +73,7 @@ class ThirdBody(
 
     @property
     def yields(self) -> bool:
-        """True where it can flow."""
+        """True for a layer that can flow."""
         return self.tau_c0 < math.inf
 
 
@@ -120,5 +120,5 @@ class Thermal(
 
     @property
     def effusivity(self) -> float:
-        """Heat that it takes in: ``sqrt(conductivity density heat_capacity)``."""
+        """Thermal effusivity: ``sqrt(conductivity density heat_capacity)``."""
         return math.sqrt(self.conductivity * self.density * self.heat_capacity)

@@ -1,4 +1,4 @@
-"""Samples of a distance between their points."""
+"""Interpolation between samples of a distance."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
 
 STEEP = 0.05
-"""Difference of the two interpolations in the middle of a cell, by the range of the samples around,
-at a cliff."""
+"""Difference of the two interpolations in the middle of a cell, divided by the range of the samples
+around it, at which the cell counts as a cliff."""
 SWING = 12
-"""Cells from a cliff within which a spline's swing has died out."""
+"""Cells from a cliff over which the oscillation of a spline dies out."""
 
 
 @dataclass(frozen=True, eq=False)
 class Interpolation:
-    """Samples h on (y, x): a bicubic spline, and Akima's interpolation beside cliffs, where splines
-    swing.
+    """Samples h on (y, x): a bicubic spline, and Akima's interpolation near cliffs, where splines
+    oscillate.
     """
 
     x: np.ndarray  # ascending [length]
@@ -80,7 +80,7 @@ class Interpolation:
 
 
 LONGEST = 400
-"""Longest wavelength in samples: beyond, rounding is felt."""
+"""Longest wavelength in samples, beyond which rounding errors become visible."""
 
 
 @one_blas_thread()
@@ -118,7 +118,7 @@ def smoothed(values: np.ndarray, points: np.ndarray, wavelength: float) -> np.nd
 def smoothed_field(
     values: np.ndarray, x: np.ndarray, y: np.ndarray, wavelength: float
 ) -> np.ndarray:
-    """The same along both axes."""
+    """Values (ny, nx) smoothed along both axes, as by `smoothed`."""
     return smoothed(smoothed(values, x, wavelength).T, y, wavelength).T
 
 
@@ -130,7 +130,7 @@ def how_to_smooth(wavelength: str) -> str:
 
 
 def continuation(places: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Interpolation between ascending places, without swings; beyond them straight on."""
+    """Interpolation without oscillations between ascending places, linear beyond them."""
     from scipy.interpolate import PchipInterpolator
 
     if places.size == 1:

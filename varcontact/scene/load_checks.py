@@ -1,4 +1,4 @@
-"""Loads and prescribed displacements beside the contact go together with the rest of a scene."""
+"""Checks of loads and prescribed displacements beside the contact."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 
 def check_loads(scene: Scene) -> None:
-    """Loads beside the contact are those of elastic bodies that meet on a plane, and act on one
-    that gives way.
+    """Check that loads beside the contact act on a deformable body, of elastic bodies that meet on
+    a plane.
     """
     prescribed: dict[str, Sequence[SurfaceLoad | SurfaceDisplacement] | None] = {
         "loads": scene.loads,
@@ -46,7 +46,7 @@ def check_loads(scene: Scene) -> None:
 
 
 def _check_place(scene: Scene, field: str, beside: SurfaceLoad | SurfaceDisplacement) -> None:
-    """A load is a rectangle, in line contact a strip, on a body that gives way."""
+    """Check that a load is a rectangle, in line contact a strip, on a deformable body."""
     if (beside.y is None) != scene.line:
         allowed = "given: two numbers, from and to"
         if scene.line:
@@ -58,7 +58,9 @@ def _check_place(scene: Scene, field: str, beside: SurfaceLoad | SurfaceDisplace
 
 
 def _check_displacements(scene: Scene, held: tuple[SurfaceDisplacement, ...]) -> None:
-    """Displacements count from a depth, at places that are apart, in all of a history."""
+    """Check that prescribed displacements have a reference depth, disjoint places, and apply to the
+    whole history.
+    """
     if scene.line and (scene.reference_depth is None or scene.bodies.slides):
         allowed = "given, below bodies that do not slide: prescribed displacements count from there"
         raise SceneError("surface.reference_depth", scene.reference_depth, allowed)
@@ -75,7 +77,7 @@ def _check_displacements(scene: Scene, held: tuple[SurfaceDisplacement, ...]) ->
 
 
 def _check_apart(held: tuple[SurfaceDisplacement, ...]) -> None:
-    """No displacement of a body is prescribed twice."""
+    """Refuse two displacements prescribed at the same place of a body."""
     for (i, one), (k, other) in combinations(enumerate(held), 2):
         same = set(one.components) & set(other.components)
         apart = {one.body, other.body} == {"upper", "lower"}
@@ -96,7 +98,7 @@ def _same_places(
 
 
 def _feel_loads(bodies: Bodies | BodyPair | GivenBodies) -> bool:
-    """True of elastic bodies whose displacements far from the contact are known, side by side."""
+    """True for two elastic bodies whose displacements far from the contact are known."""
     if isinstance(bodies, GivenBodies):
         return False
     bedded = isinstance(bodies, BodyPair) and bodies.bedded
@@ -104,7 +106,7 @@ def _feel_loads(bodies: Bodies | BodyPair | GivenBodies) -> bool:
 
 
 def _rigid_bodies(bodies: Bodies | BodyPair) -> list[str]:
-    """Names of those that do not give way."""
+    """Names of the rigid bodies."""
     surfaces = bodies
     if isinstance(bodies, BodyPair):
         surfaces = bodies.surfaces

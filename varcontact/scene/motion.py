@@ -100,8 +100,8 @@ class Steady(
         return self.vx, self.vy, self.spin
 
     def second_order(self) -> Self:
-        """The same rolling, its slip a difference of the second order, with the spin offset that
-        goes with it.
+        """Copy whose slip is a difference of second order, with the spin offset that goes with
+        it.
         """
         return replace(self, slip_difference="second-order", spin_offset=None)
 
@@ -154,7 +154,7 @@ class Harmonic(
 
     @property
     def free_rolling(self) -> Steady:
-        """The same rolling without creepage."""
+        """Rolling with the same discretisation, without creepage."""
         return Steady(
             dq=self.dq, spin_offset=self.spin_offset, slip_difference=self.slip_difference
         )
@@ -197,7 +197,7 @@ class Shift(Checked, path="motion", **dict.fromkeys(("ux", "uy", "rotation", "Fx
         return self.ux, self.uy, self.rotation
 
     def step(self, dq: float = 0.0) -> TimeStep:
-        """The step in place that it is, whatever `dq`."""
+        """Step in place that equals this shift, whatever `dq`."""
         return TimeStep(
             dq=0.0, ux=self.ux, uy=self.uy, rotation=self.rotation, Fx=self.Fx, Fy=self.Fy
         )
@@ -248,7 +248,7 @@ class TimeStep:
         return 0
 
     def step(self, dq: float = 0.0) -> TimeStep:
-        """Itself, whatever `dq`."""
+        """The step itself, whatever `dq`."""
         return self
 
     def shift(self, x: np.ndarray, y: np.ndarray, length: float = 1.0) -> np.ndarray:
@@ -257,7 +257,7 @@ class TimeStep:
         """
         dq = self.dq
         turned = (self.spin * dq + self.rotation) * length
-        # by spin along the way
+        # by spin along the step
         sideways = self.spin * dq * self.spin_offset * self.direction * dq
         along_x = self.vx * dq + self.ux - turned * y
         along_y = self.vy * dq + self.uy + sideways + turned * x

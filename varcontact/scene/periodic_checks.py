@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 
 def check_periodic(scene: Scene) -> None:
-    """On a periodic grid are elastic bodies and samples that repeat; no history, nothing beside."""
+    """Refuse what a periodic grid does not support: samples that do not repeat, curved surfaces,
+    bodies that relax or are bedded, histories, third bodies, heat, and loads beside the contact.
+    """
     if not scene.periodic:
         return
     if not isinstance(scene.surface, SampledDistance) or scene.surface.x is not None:
@@ -36,7 +38,9 @@ def check_periodic(scene: Scene) -> None:
 
 
 def _check_motion(scene: Scene) -> None:
-    """Motions that repeat; none prescribed along a direction in which only differences count."""
+    """Check that a motion repeats, and that none is prescribed along a direction in which only
+    differences are determined.
+    """
     motion = scene.motion
     if not isinstance(motion, Steady | Shift | None):
         allowed = "None, Shift or Steady: histories of periodic bodies are not known here"

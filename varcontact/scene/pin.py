@@ -13,15 +13,16 @@ from varcontact.scene.frames import frames_of_elements
 from varcontact.scene.grid import Grid
 
 DEPTH = 4.0
-"""Depth from which displacements count where none is given, in radii of the pin."""
+"""Default reference depth of displacements, in radii of the pin."""
 
 DEPTH_MIN = 3.0
-"""Least of these depths: from there on all stored energies are positive, whatever the bodies."""
+"""Least reference depth, in radii of the pin: from there on stored energies are positive for any
+bodies."""
 
 
 CLEARANCE_MAX = 0.1
-"""Largest clearance, in radii of the pin: displacements and clearances are small beside the
-radius."""
+"""Largest clearance, in radii of the pin: displacements and clearances must be small compared with
+the radius."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +94,8 @@ class PinInHole(
         return (2 * self.clearance * np.sin(grid.x / (2 * self.R)) ** 2)[None, :]
 
     def lowered(self, approach: float) -> PinInHole:
-        """Bodies whose distance, less an `approach` everywhere, is that of these with the pin moved
-        along z by so much: less by the approach times the cosine of the angle.
+        """Copy whose distance less a uniform `approach` is that of this surface with the pin moved
+        along z by it: less by ``approach cos(angle)``.
         """
         return replace(self, clearance=self.clearance + approach)
 

@@ -30,43 +30,44 @@ PASCALS = {
     ("m", "kN"): 1e3,
     ("in", "lbf"): 6894.757,
 }
-"""Pascals in the units of pressure of some scenes."""
+"""Pascals in some units of pressure."""
 
 MODULUS_DIMENSIONLESS = 100.0
-"""Moduli of rigidity below this, without units, are those of dimensionless scenes, in which strains
-may be large."""
+"""Modulus of rigidity without units below which a scene counts as dimensionless: strains may then
+be large."""
 
 MODULUS_MIN = 1e5
 MODULUS_MAX = 1e12
-"""Moduli of rigidity between which solids lie, from gels to diamond [Pa]."""
+"""Range of the modulus of rigidity of solids, from gels to diamond [Pa], `MODULUS_MIN` to this."""
 
 YOUNG = (
     ("steel", (195e9, 217e9), (0.25, 0.33), 80e9),
     ("aluminium", (68e9, 73e9), (0.32, 0.36), 26e9),
 )
-"""Metals: ranges of Young's modulus [Pa] and Poisson's ratio, in which no solid has its modulus of
-rigidity; theirs."""
+"""Metals: name, ranges of Young's modulus [Pa] (no solid has it as its modulus of rigidity) and of
+Poisson's ratio, and modulus of rigidity [Pa]."""
 
 PSI = 1.1e7, 1.3e7
-"""Modulus of rigidity of steel in pounds per square inch."""
+"""Modulus of rigidity of steel in pounds per square inch, as a range."""
 
 LARGE_RADIUS = 20.0
-"""A radius of metres has fewer than this."""
+"""Largest plausible radius in metres."""
 
 LARGE_INCHES = 150.0
-"""A radius of inches has fewer than this."""
+"""Largest plausible radius in inches."""
 
 LARGE_CREEPAGE = 0.1
 
 LARGE_FRICTION = 2.0
-"""Coefficients of dry solids are below this."""
+"""Coefficient of friction above that of dry solids."""
 
 LARGE_SPIN = 1.0
-"""Turn [rad] while the bodies roll over the contact's half length: rigid slip is then that many
-times the velocity."""
+"""Rotation [rad] while the bodies roll over half the contact length, above which spin is doubtful:
+rigid slip is then that many times the rolling velocity."""
 
 LARGE_CONTACT = 0.5
-"""Semi-axis relative to the radius of curvature: a half-space is far from such a body."""
+"""Semi-axis divided by the radius of curvature above which a half-space is a poor model of the
+body."""
 
 
 def warnings_of(scene: Scene) -> tuple[str, ...]:
@@ -75,20 +76,20 @@ def warnings_of(scene: Scene) -> tuple[str, ...]:
 
 
 def warn_plausibility(texts: Iterable[str]) -> None:
-    """A `PlausibilityWarning` of each text."""
+    """Warn with a `PlausibilityWarning` for each text."""
     for text in texts:
         warn(text, PlausibilityWarning)
 
 
 def _softening(scene: Scene) -> str:
-    """A third body that softens has several histories."""
+    """Warning for a softening third body, under which several histories may be solutions."""
     if scene.third_body is None or scene.third_body.k_tau >= 0:
         return ""
     return "the third body softens (k_tau < 0): the history need not be the only one"
 
 
 def _modulus(scene: Scene) -> str:
-    """A modulus that no solid has in the units named, or in pascals beside lengths in
+    """Warning for a modulus that no solid has in the given units, or in pascals beside lengths in
     millimetres.
     """
     G = scene.bodies.combined_G
@@ -116,7 +117,7 @@ def _modulus(scene: Scene) -> str:
 
 
 def _metres(scene: Scene) -> str:
-    """Radii of millimetres where the units are metres."""
+    """Warning for radii that are probably in millimetres, while the units are metres."""
     units = scene.units
     if not isinstance(units, Units) or units.length != "m":
         return ""
@@ -127,7 +128,7 @@ def _metres(scene: Scene) -> str:
 
 
 def _young(scene: Scene) -> str:
-    """Young's modulus given as that of rigidity."""
+    """Warning for a Young's modulus given as modulus of rigidity."""
     bodies = scene.bodies
     if not isinstance(bodies, Bodies):
         return ""
@@ -148,7 +149,7 @@ def _young(scene: Scene) -> str:
 
 
 def _large_contact(scene: Scene) -> str:
-    """A contact as large as the bodies."""
+    """Warning for a contact as large as the bodies."""
     hertz = scene.hertz
     if hertz is None or _dimensionless(scene):
         return ""
@@ -172,7 +173,7 @@ def _large_contact(scene: Scene) -> str:
 
 
 def _upside_down(scene: Scene) -> str:
-    """Samples of a height, upwards, in place of a distance: highest inside, and lowest at all
+    """Warning for samples of an upward height instead of a distance: highest inside, lowest at all
     corners.
     """
     surface = scene.surface
@@ -196,7 +197,7 @@ def _upside_down(scene: Scene) -> str:
 
 
 def _parts_in_history(scene: Scene) -> str:
-    """Heights that part the bodies."""
+    """Warning for carried heights that separate the bodies."""
     if scene.approach is None or not isinstance(scene.motion, Transient):
         return ""
     heights = scene.motion.height_range
@@ -209,7 +210,7 @@ def _parts_in_history(scene: Scene) -> str:
 
 
 def _friction(scene: Scene) -> str:
-    """A coefficient above that of dry solids, as of per cents."""
+    """Warning for a coefficient above that of dry solids, such as one in per cent."""
     largest = _largest_friction(scene)
     if not LARGE_FRICTION < largest < math.inf or _dimensionless(scene):
         return ""
@@ -219,8 +220,8 @@ def _friction(scene: Scene) -> str:
 
 
 def _creepage(scene: Scene) -> str:
-    """Creepages beyond those for which velocities are nearly those of rolling; without slip all is
-    linear.
+    """Warning for creepages at which velocities differ much from those of rolling; without slip
+    everything is linear.
     """
     if scene.no_slip or _dimensionless(scene):
         return ""
@@ -235,7 +236,7 @@ def _creepage(scene: Scene) -> str:
 
 
 def _spin(scene: Scene) -> str:
-    """A spin by which the contact turns more than it rolls on."""
+    """Warning for spin by which the contact rotates more than it rolls."""
     spin = _largest(scene, "spin")
     hertz = scene.hertz
     if spin == 0 or hertz is None or scene.line or scene.no_slip or _dimensionless(scene):
@@ -251,7 +252,7 @@ def _spin(scene: Scene) -> str:
 
 
 def _sliding_strip(scene: Scene) -> str:
-    """Tangential forces on a strip that slides on its base."""
+    """Warning for tangential forces on a strip that slides on its base."""
     motion = scene.motion
     slides = scene.line and scene.bodies.slides and not scene.frictionless
     if not slides or not isinstance(motion, Steady | Shift):
@@ -280,7 +281,7 @@ CHECKS: tuple[Callable[[Scene], str], ...] = (
 
 
 def _radii(scene: Scene) -> list[float]:
-    """Radii of curvature of the surface, where it has such."""
+    """Radii of curvature of the surface, if it has any."""
     surface = scene.surface
     return [getattr(surface, name) for name in ("Rx", "Ry", "R") if hasattr(surface, name)]
 
@@ -290,7 +291,7 @@ def _dimensionless(scene: Scene) -> bool:
 
 
 def _pascals(units: Units | None) -> float | None:
-    """Pascals in the unit of pressure, where it is known."""
+    """Pascals in the scene's unit of pressure, if that is known."""
     if isinstance(units, Units):
         return PASCALS.get((units.length, units.force))
     return None
@@ -312,7 +313,7 @@ def _largest_friction(scene: Scene) -> float:
 
 
 def _largest(scene: Scene, name: str) -> float:
-    """The creepage, of all steps, that is largest by its size."""
+    """Creepage with the largest size, over all steps."""
     motion = scene.motion
     if isinstance(motion, Transient):
         return float(max(motion.every(name), key=abs))

@@ -240,7 +240,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     @lazy_property
     def raised(self) -> bool:
         """True where loads beside the contact change the undeformed distance, or prescribed
-        displacements what pressures do.
+        displacements the response to pressures.
         """
         held = self.displacements or ()
         if (self.coupled and held) or any("z" in each.components for each in held):
@@ -287,7 +287,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def reference_depth(self) -> float | None:
-        """The depth from which displacements count in line contact, where it is given."""
+        """Reference depth of displacements in line contact, if it is given."""
         return depth_of(self.surface)
 
     @property
@@ -304,8 +304,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @lazy_property
     def approach_undetermined(self) -> bool:
-        """True where the approach is known but for a constant: in line contact without a depth or
-        bases at rest.
+        """True where the approach is determined up to a constant only: in line contact without a
+        depth or fixed bases.
         """
         if self.periodic == "x" and not self.line:
             return True
@@ -314,8 +314,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def shift_undetermined(self) -> bool:
-        """True where tangential displacements are known but for a constant: as the approach, and on
-        a smooth base.
+        """True where tangential displacements are determined up to a constant only: like the
+        approach, and on a frictionless base.
         """
         return self.approach_undetermined or self.bodies.slides
 
@@ -329,8 +329,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return "centres"
 
     def second_order(self) -> Scene:
-        """The same steady rolling, discretised for accurate forces on coarse
-        grids in place of as CONTACT does.
+        """Copy of a scene of steady rolling, discretised for accurate forces on coarse grids
+        instead of as CONTACT does.
 
         ``Steady(slip_difference="second-order")`` with the spin offset that
         goes with it, and ``Grid(edge="softened")`` where tractions do not
@@ -368,14 +368,14 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def own_grid(self) -> Grid:
-        """The grid that is given, or the usual one."""
+        """Grid as given, or the usual one."""
         if isinstance(self.grid, Grid):
             return self.grid
         return usual_grid(self.line)
 
     @property
     def without_friction(self) -> Scene:
-        """The same bodies in contact without tractions; viscoelastic ones go on rolling."""
+        """Copy without tractions (no friction, no motion); viscoelastic bodies go on rolling."""
         scene: Scene[Any] = self
         if scene.bodies.relaxes:
             return changed(scene, motion=Steady(speed=scene.speed), friction=0.0)
@@ -425,7 +425,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def frictions(self) -> list[float | np.ndarray | Law | FrictionBound | None]:
-        """The different coefficients of friction, of which a history has several."""
+        """Distinct coefficients of friction; a history may have several."""
         if not isinstance(self.motion, Transient) or self.motion.friction is None:
             return [self.friction]
         of_steps = self.motion.friction
@@ -439,7 +439,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def largest_coefficient(self) -> float | np.ndarray | None:
-        """The largest ratio of friction to pressure, known beforehand; None where there is none."""
+        """Largest ratio of friction to pressure, if it is known beforehand; else None."""
         friction = self.friction
         if friction is None or isinstance(friction, FrictionBound):
             return None
@@ -478,12 +478,12 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def bare(self) -> bool:
-        """True where nothing but friction acts between the bodies: no layer that shears."""
+        """True for bodies in direct contact, without a layer that shears."""
         return self.third_body is None
 
     @property
     def without_layer(self) -> Scene:
-        """The same contact with nothing but friction between the bodies."""
+        """Copy with nothing but friction between the bodies."""
         return replace(self, third_body=None)
 
     @property
@@ -524,7 +524,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def surfaces(self) -> list[Surface]:
-        """The surface, of each step where it is a history."""
+        """Surface of the scene, in a history one for each step."""
         if isinstance(self.motion, Transient) and self.motion.surface is not None:
             return list(self.motion.surface)
         return [self.surface]

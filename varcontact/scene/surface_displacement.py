@@ -158,7 +158,7 @@ class SurfaceDisplacement(
         return np.array(parts)
 
     def overlaps(self, grid: Grid, elements: np.ndarray) -> bool:
-        """True where it lies on one of some elements of a grid.
+        """True where the part lies on one of some elements of a grid.
 
         Parameters
         ----------

@@ -119,7 +119,7 @@ class SurfaceLoad(
         return np.asarray(self.parts.any(axis=0))
 
     def acts(self, *directions: int) -> bool:
-        """True where it has tractions along some directions.
+        """True for a load with tractions along some of these directions.
 
         Parameters
         ----------
@@ -130,7 +130,9 @@ class SurfaceLoad(
 
     @property
     def acts_alone(self) -> bool:
-        """True where one body alone is loaded: pressures shift it, and tractions raise it."""
+        """True where only one body is loaded: then pressures cause shifts, and tractions change the
+        distance.
+        """
         return self.body != "both" and bool(self.loaded.any())
 
     def overlaps(self, grid: Grid, elements: np.ndarray) -> bool:

@@ -46,7 +46,8 @@ class Paraboloids(Checked, path="surface", Rx=positive, Ry=positive):
     @classmethod
     @checks.named_options()
     def from_bodies(cls, Rx: tuple[float, float], Ry: tuple[float, float]) -> Paraboloids:
-        """From the radii of the two bodies, (83)-(84); flat is ``inf``, hollow is negative.
+        """Paraboloids from the radii of the two bodies, (83)-(84); flat is ``inf``, hollow is
+        negative.
 
         Parameters
         ----------
@@ -376,7 +377,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         level = self._between.at(x, y)
         if np.array_equal(x, grid.x) and np.array_equal(y, grid.y):
             return level
-        # beyond the samples: straight on, from the place as far within
+        # beyond the samples: linear extrapolation, by the values at the mirror images of the points
         mirrored = self._between.at(2 * x - grid.x, y), self._between.at(x, 2 * y - grid.y)
         return np.asarray(level + sum(np.maximum(level - each, 0.0) for each in mirrored))
 
@@ -387,7 +388,9 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         return _inclination_at(self.y, self.inclination, grid.y)
 
     def inclination_x_at(self, grid: Grid) -> np.ndarray:
-        """The same of each column of a `grid`, shape (nx,)."""
+        """Inclination of each column of a `grid` [rad], shape (nx,): beyond the samples with the
+        curvature at the end.
+        """
         return _inclination_at(self.x, self.inclination_x, grid.x)
 
     def frames(self, grid: Grid) -> np.ndarray | None:
@@ -400,14 +403,12 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
 
     @checks.named_options()
     def sampled(self, fields: np.ndarray, grid: Grid) -> np.ndarray:
-        """Other `fields` (..., ny, nx) at the places of the samples, at the centres of the elements
-        of a `grid`.
-        """
+        """Other `fields` (..., ny, nx) given at the samples, at the element centres of a `grid`."""
         if self.x is None:
             return fields
         x, y = self.coordinates
         places = np.clip(grid.x, x[0], x[-1]), np.clip(grid.y, y[0], y[-1])
-        # splines of the last fields serve again on the next grid, where nobody can change these
+        # splines of the last fields are reused on the next grid; the fields are read-only
         of_fields, between = self.__dict__.get("_last_sampled", (None, []))
         if of_fields is not fields or fields.flags.writeable:
             flat = fields.reshape(-1, *self.samples.shape)
@@ -486,7 +487,7 @@ Surface = Paraboloids | Ellipse | Cylinders | PinInHole | SampledDistance
 
 
 def depth_of(surface: Surface) -> float | None:
-    """The depth from which displacements count, where a surface of line contact has one."""
+    """Reference depth of displacements, if a surface of line contact has one."""
     if isinstance(surface, PinInHole):
         return surface.depth
     if isinstance(surface, Cylinders | SampledDistance):
@@ -515,19 +516,19 @@ def along_axes(
 
 
 def is_curved(surface: Surface) -> bool:
-    """The reference surface is curved: the contact is conformal."""
+    """True where the reference surface is curved: the contact is conformal."""
     return is_curved_along_x(surface) or is_curved_along_y(surface)
 
 
 def is_curved_along_x(surface: Surface) -> bool:
-    """The reference surface is curved along the rolling direction."""
+    """True where the reference surface is curved along the rolling direction."""
     if isinstance(surface, PinInHole):
         return True
     return isinstance(surface, SampledDistance) and surface.inclination_x is not None
 
 
 def is_curved_along_y(surface: Surface) -> bool:
-    """The reference surface is curved across the rolling direction."""
+    """True where the reference surface is curved across the rolling direction."""
     return isinstance(surface, SampledDistance) and surface.inclination is not None
 
 

@@ -19,7 +19,8 @@ from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, S
 from varcontact.system.process import lazy_property
 
 STEPS_MAX = 1_000_000
-"""Steps of one history: they are looked through several times before the first is solved."""
+"""Largest number of steps of a history: all are checked several times before the first is
+solved."""
 LONGER = "; a longer history goes on from the last step of another, its start"
 
 Numbers = float | Sequence[float]
@@ -222,7 +223,7 @@ class Transient(
 
     @lazy_property
     def _distances(self) -> np.ndarray:
-        """What is rolled before each step and at the end [length; elements without `dq`]."""
+        """Distance rolled before each step and at the end [length; elements without `dq`]."""
         steps = np.asarray(self.direction, dtype=float)
         if self.dq is not None:
             steps = steps * self.dq
@@ -231,7 +232,7 @@ class Transient(
 
     @property
     def height_range(self) -> float:
-        """From the lowest to the highest of what the bodies carry, at most [length]."""
+        """Largest possible difference in height of what the bodies carry [length]."""
         return sum(
             float(each.height.max(initial=0.0) - each.height.min(initial=0.0))
             for each in self.heights
@@ -273,7 +274,7 @@ CONTROLLED = {
     "normal_force": ("approach",),
     "approach": ("normal_force",),
 }
-"""The entries that a control may give, each with those that it replaces."""
+"""Entries that a control may give, each with those that it replaces."""
 _OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
 
 

@@ -9,7 +9,7 @@ from varcontact.checks import Checked
 from varcontact.errors import SceneError
 
 LONGEST = 40
-"""Characters of a name."""
+"""Longest name of a unit [characters]."""
 
 
 def _name(field: str, value: Any) -> str:
@@ -71,8 +71,8 @@ class Units(Checked, path="units", length=_name, force=_name):
 
 
 def moved(quantity: str, shift: bool) -> str:
-    """The kind of a quantity of the motion: in rolling per distance rolled, in a shift as it
-    is.
+    """Kind of a motion quantity, which gives its unit: per distance rolled in rolling, unchanged in
+    a shift.
     """
     return IN_MOTION.get(quantity, (quantity, quantity))[shift]
 
@@ -86,7 +86,7 @@ IN_MOTION = {
 }
 
 IN_WORDS = Units(length="length", force="force")
-"""Units of scenes that name none."""
+"""Names of units in words, for scenes that name none."""
 SI = Units(length="m", force="N")
 MM_N = Units(length="mm", force="N")
 """Millimetres and newtons, with moduli and pressures in N/mm^2 = MPa."""
@@ -94,9 +94,7 @@ MM_N = Units(length="mm", force="N")
 
 @dataclass(frozen=True)
 class Scales:
-    """The physical quantities that are 1 in the dimensionless problems: the modulus is the combined
-    G.
-    """
+    """Physical value of each dimensionless 1; the unit of modulus is the combined G."""
 
     length: float
     pressure: float

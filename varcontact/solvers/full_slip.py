@@ -1,4 +1,4 @@
-"""Tractions that slip all over, by products alone: most wheels on rails have them.
+"""Full slip by products alone, without Newton's method: the usual state of wheels on rails.
 
 Each is on its bound, against the shift: ``p = -g E/|E|``, ``E = W + M p``. Where bodies slide much
 farther than they deform, this repeated converges, and its limit is the solution.
@@ -16,21 +16,21 @@ from varcontact.interfaces.potential import dot, magnitude
 from varcontact.solvers.interface import Settings, check_time
 
 PRODUCTS_MAX = 60
-"""Products at most."""
+"""Largest number of products."""
 DENSE_ELEMENTS = 150
-"""Elements up to which their own matrix is faster than a product on the grid."""
+"""Elements up to which their dense matrix is faster than a product on the grid."""
 RATIO_MAX = 0.6
-"""Ratio of a change to the one before from which Newton's method is faster."""
+"""Ratio of successive changes above which Newton's method is faster."""
 CHANGE_MIN = 1e-13
 """Change of a traction, relative to its bound, that is rounding."""
 RESIDUAL_SOLVED = 1e-12
-"""Residual at which these tractions solve a problem."""
+"""Residual below which tractions in full slip solve the problem."""
 
 
 def full_slip(
     problem: TangentialProblem, settings: Settings, start: RawSolution | None = None
 ) -> RawSolution | None:
-    """Tractions that slip all over; None where these do not converge fast."""
+    """Tractions in full slip; None where the iteration does not converge fast."""
     traction = _first(problem, start)
     if traction is None:
         return None
@@ -49,7 +49,7 @@ def full_slip(
         size = magnitude(shift)
         if not size.min() > 0:
             return None
-        # where one goes with its shift, some stick; a start may, where the contact is new
+        # an element whose traction has the direction of its shift sticks, except in a new contact
         if start is None and np.any(dot(traction, shift) > 0):
             return None
         against = shift * (-problem.bound / size)
@@ -68,8 +68,8 @@ def full_slip(
 
 
 def _first(problem: TangentialProblem, start: RawSolution | None) -> np.ndarray | None:
-    """Tractions of the start, or at their bound against the rigid shift; None where that is less
-    than they give way by themselves, or where a force or a flow tells them.
+    """Tractions of the start, or at the bound against the rigid shift; None where a force or a flow
+    determines them, or that shift is at most an element's own compliance times its bound.
     """
     slip = magnitude(problem.rigid_shift)
     if problem.free or problem.potential.flow is not None:

@@ -17,10 +17,10 @@ from varcontact.solvers.trace import Follower, Reporter, Trace
 from varcontact.system.process import changed
 
 SHORT_STEP = 0.05
-"""Step of steady rolling, in element lengths, below which Newton's method takes longer than active
+"""Step of steady rolling, in element lengths, below which Newton's method is slower than active
 sets."""
 SECONDS_MAX = 1e9
-"""Seconds that a solver of programs has where there is no deadline."""
+"""Time limit of a program's solver without a deadline [s]."""
 Problem = TypeVar("Problem", bound=NormalProblem | TangentialProblem)
 Start = TypeVar("Start", RawSolution, RawSolution | None)
 
@@ -45,7 +45,7 @@ class Calls:
 
 
 def ignored(iterate: RawSolution | np.ndarray) -> None:
-    """Follower of nothing."""
+    """Follower that records nothing."""
 
 
 class SolveStats:
@@ -78,9 +78,7 @@ class SolveStats:
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """A stage of the solve, which solvers are called in; within "grid" there are no further
-        stages.
-        """
+        """Context for a stage of the solve; within "grid" no further stages are recorded."""
         if "grid" in self._stages:
             yield
             return
@@ -100,7 +98,7 @@ class SolveStats:
 
     @contextmanager
     def called(self, solver: str) -> Iterator[None]:
-        """One call of a solver; calls inside it count for themselves."""
+        """Context of one call of a solver; calls within it are counted separately."""
         self._within_calls.append(0.0)
         started = time.perf_counter()
         traced: AbstractContextManager[None] = nullcontext()
@@ -132,13 +130,13 @@ class SolveStats:
         return self.trace is not None and self.trace.active and "grid" not in self._stages
 
     def follow(self, problem: NormalProblem | TangentialProblem) -> Follower:
-        """The function that records iterates of the present call of a solver, if they are."""
+        """Function that records the iterates of the present call of a solver, or does nothing."""
         if self.trace is None or not self.traces:
             return ignored
         return self.trace.follower(problem)
 
     def reporter(self) -> Reporter | None:
-        """The function that records what a solver reports itself, if its iterates are recorded."""
+        """Function that records figures that a solver reports itself, or does nothing."""
         if self.trace is None or not self.traces:
             return None
         return self.trace.reporter()
@@ -192,7 +190,7 @@ TangentialSolver = Solver[TangentialProblem, RawSolution | None]
 
 
 def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
-    """A solver whose calls are counted in `settings.stats` under a name, which its answers bear if
+    """Solver whose calls are counted in `settings.stats` under a name, which its answers get if
     they have none.
     """
 
@@ -208,8 +206,8 @@ def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]
 
 
 def natural_residual(problem: NormalProblem | TangentialProblem, raw: RawSolution) -> float:
-    """Residual of the natural map, relative to the largest traction: as measured by the solver, or
-    anew.
+    """Residual of the natural map relative to the largest traction, as measured by the solver or
+    computed here.
     """
     if not math.isnan(raw.residual):
         return raw.residual

@@ -30,11 +30,11 @@ TRACTION_MAX = 1e50
 WORDS_MAX = 200
 """Characters of an error's first line."""
 PRESSURE_RESIDUAL_MAX = 0.1
-"""Residual from which on pressures do not tell where the contact is."""
+"""Residual above which pressures do not show where the contact is."""
 
 
 class Failure(Exception):
-    """The reason why an answer is none."""
+    """Reason why an answer cannot be used."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class OwnSolver:
         settings: Settings,
         start: RawSolution | None,
     ) -> RawSolution:
-        """The answer to a problem, or one without numbers that says why there is none."""
+        """Answer to a problem, or a failure without numbers that gives its reason."""
         try:
             return _answer(problem, self._called(problem, settings, start))
         except Failure as failure:
@@ -62,7 +62,9 @@ class OwnSolver:
         settings: Settings,
         start: RawSolution | None,
     ) -> Any:
-        """What the function returns: in a thread beside, which Ctrl-C and the deadline leave."""
+        """Result of the user's function, called in a separate thread that Ctrl-C and the deadline
+        can leave.
+        """
         deadline = min(settings.deadline, time.perf_counter() + self.time_limit)
         handed = read_only(problem)
         initial = None
@@ -73,7 +75,7 @@ class OwnSolver:
         def work() -> tuple[Any, BaseException | None]:
             try:
                 return self.function(handed, limited, initial), None
-            except BaseException as error:  # it is the solver's own, whatever it is
+            except BaseException as error:  # errors of the user's solver, of any kind
                 return None, error
 
         try:
@@ -104,7 +106,7 @@ def read_only(data: Data) -> Data:
 
 
 def _words(error: BaseException) -> str:
-    """The kind of an error and its first line, which may not be able to tell any."""
+    """Kind of an error and its first line, if that can be printed."""
     name = type(error).__name__
     if not isinstance(error, Exception):
         return name
@@ -115,7 +117,7 @@ def _words(error: BaseException) -> str:
 
 
 def _answer(problem: NormalProblem | TangentialProblem, result: Any) -> RawSolution:
-    """What a function returned as an answer; a `Failure` where it cannot be one."""
+    """Raw solution from the result of the user's function; a `Failure` where it cannot be one."""
     raw = RawSolution(np.zeros(0), np.zeros(0), status="Solved")
     traction = result
     rigid = None
@@ -140,7 +142,9 @@ def _answer(problem: NormalProblem | TangentialProblem, result: Any) -> RawSolut
 def _pressure(
     problem: NormalProblem, raw: RawSolution, pressure: np.ndarray, rigid: Any
 ) -> RawSolution:
-    """Pressures with their approach, which is their mean where it is not prescribed or told."""
+    """Pressures with their approach; if that is neither prescribed nor returned it is their
+    mean.
+    """
     if not pressure.max() > 0:
         raise Failure("it returned no pressure")
     if problem.approach is not None or rigid is None:

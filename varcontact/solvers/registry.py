@@ -1,4 +1,4 @@
-"""The table of solvers: each is an entry, with what the rest of the package asks of it."""
+"""Table of solvers: each is an entry with the properties that the package needs."""
 
 from __future__ import annotations
 
@@ -213,8 +213,8 @@ def tangential_methods() -> list[str]:
 
 
 def solver_spec(kind: Kind, name: str) -> SolverSpec | None:
-    """The solver of a name, in the table or behind an interface; None for a closed form, a theory
-    and what is no solver.
+    """Solver with this name, in the table or behind an interface; None for a closed form, a theory
+    or an unknown name.
     """
     spec = SOLVERS.get((kind, name))
     if spec is not None:
@@ -226,7 +226,7 @@ def solver_spec(kind: Kind, name: str) -> SolverSpec | None:
 
 
 def solver(kind: Kind, name: str, names: Sequence[str] = ()) -> SolverSpec:
-    """The solver of a name; refused, with the names there are, where it is none."""
+    """Solver with this name; the error for an unknown name lists the available ones."""
     spec = solver_spec(kind, name)
     if spec is None:
         allowed = f"one of {', '.join(names)}{checks.nearest(name, names)}"

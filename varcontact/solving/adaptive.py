@@ -58,35 +58,35 @@ from varcontact.system import process
 from varcontact.system.process import one_blas_thread
 
 FLOOR_UNLIKE = 1.0
-"""Of unlike bodies the floor of forces and moment has ``FLOOR_UNLIKE |K|/n`` on top."""
+"""Factor of the additional error of forces and moment of unlike bodies, ``FLOOR_UNLIKE |K|/n``,
+with n elements across."""
 NARROWEST = 4.0
-"""Elements across the narrowest patch that carries load, on the coarsest grid that tells an
-error."""
+"""Elements across the narrowest patch that carries load, on the coarsest grid used in an error
+estimate."""
 TIME_ORDER = 2.4
 """Power of n with which the time of a solve grows."""
 TIME_BUDGETS_MAX = 1.3
-"""Time budgets after which a solve is given up."""
+"""Multiple of the time budget after which a solve is abandoned."""
 COARSEST_SECONDS = 2.0
-"""Seconds that the coarsest grids have on top."""
+"""Additional time for the coarsest grids [s]."""
 STALLED = 0.9
-"""Part of an estimate that both estimates after it exceed where the error does not fall with the
-grid."""
+"""Factor on an error estimate; if both later ones exceed the product, the error does not fall with
+the grid."""
 PEAK_DOUBTED = 4.0
-"""Error of the largest pressure, relative to it and to the accuracy, from which it is doubted."""
+"""Error of the largest pressure, relative to it and to the accuracy, above which a warning is
+given."""
 DOES_NOT_FALL = "it does not fall with the grid"
 DEFAULT_ELEMENTS_MAX = 40_000
-"""Elements, where no accuracy is given: an answer that needs more has a larger error bar."""
+"""Largest number of elements by default: an answer that would need more gets a larger error bar."""
 SHOWN = 25
-"""Elements across a contact in closed form: an odd number has one at the largest pressure."""
+"""Elements across a contact in closed form: with an odd number one is at the largest pressure."""
 
 Answer = Solution | History
 
 
 @dataclass(frozen=True)
 class ContactPart:
-    """A part of the contact apart from the others: how narrow it is, in elements, and its part of
-    the load.
-    """
+    """Connected part of the contact: elements across it, and its part of the load."""
 
     across: float
     share: float
@@ -126,7 +126,7 @@ class GridLevel:
 
     def unresolved(self, accuracy: float | None) -> list[ContactPart]:
         """Patches with few elements across that carry more of the load than the `accuracy`, or a
-        peak that counts.
+        peak that matters.
         """
         share_min = accuracy or DEFAULT_ACCURACY
         narrow = (patch for patch in self.patches if patch.across < NARROWEST)
@@ -215,7 +215,9 @@ def _refined(
 def _after_failure(
     n: int, levels: list[GridLevel], options: SolveOptions, error: OutOfTime | NotConverged
 ) -> Answer:
-    """The best answer where the grid of n elements across fails, if an error was estimated."""
+    """Best answer after a failure on the grid with n elements across, if there is an error
+    estimate.
+    """
     target = options.target
     assert target is not None
     if len(levels) >= GRIDS:
@@ -230,7 +232,7 @@ def _after_failure(
 
 
 def _report_warnings(answer: Answer, options: SolveOptions) -> None:
-    """Tell the progress the warnings, as of noise, before time is spent on finer grids."""
+    """Report the warnings, such as on noise, as progress before time is spent on finer grids."""
     if isinstance(answer, Solution):
         for words in answer.warnings:
             options.progress(words)
@@ -265,7 +267,7 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
         value, error = richardson(
             [level_value for _, level_value in tried], [n for n, _ in tried], order
         )
-        # the part that no grid shows, and that of patches too narrow for the first one
+        # plus the error that no grid shows, and that of patches too narrow on the first grid
         best[name] = float(value)
         errors[name] = float(error) / unit[name] + _floor(fine, name) + _missed(narrow, name)
     return ErrorEstimate(
@@ -292,7 +294,7 @@ def _floor(fine: GridLevel, name: str) -> float:
 
 
 def _missed(narrow: list[ContactPart], name: str) -> float:
-    """Error of a value by patches with too few elements across."""
+    """Error of a value due to patches with too few elements across."""
     missed = 0.0
     for patch in narrow:
         share = patch.share
@@ -341,7 +343,7 @@ def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
 
 
 def _next(scene: Scene, options: SolveOptions, sequence: GridSequence[GridLevel]) -> int:
-    """Elements across on the next grid: as many as the narrowest patch asks for, if these fit."""
+    """Elements across on the next grid: as many as the narrowest patch needs, if these fit."""
     assert options.target is not None
     narrowest = min(
         (each.across for each in sequence.levels[-1].unresolved(options.target.accuracy)),
@@ -395,13 +397,13 @@ def _solved_from(
     before: Sequence[GridLevel],
     same_grid: Sequence[GridLevel],
 ) -> Answer:
-    """The answer from that of another load on the same grid, where it holds the contact, else from
-    that on the grid before.
+    """Answer started from that of another load on the same grid, if it holds the contact, else from
+    the coarser grid.
     """
     for level in same_grid:
         guess = level.answer
         if isinstance(guess, Solution):
-            with suppress(SceneError):  # a contact that goes on outside
+            with suppress(SceneError):  # a contact that continues outside the grid
                 on_grid = replace(scene, grid=guess.grid)
                 return replace(_solved(on_grid, options, guess), scene=scene)
     if before and isinstance(before[-1].answer, Solution):
@@ -416,8 +418,8 @@ def _solved(scene: Scene, options: SolveOptions, initial_guess: Solution | None 
 
 
 def _patches(sol: Solution) -> tuple[ContactPart, ...]:
-    """The patches of a contact, four standard deviations of its elements wide; none where Hertz
-    tells its shape.
+    """Patches of a contact, with widths of four standard deviations of their elements; empty where
+    Hertz gives the shape.
     """
     if sol.scene.hertz is not None or not sol.pressure.any():
         return ()
@@ -470,8 +472,8 @@ def _size(scene: Scene, options: SolveOptions, n: float) -> tuple[int, float]:
 def _not_reached(
     levels: list[GridLevel], target: Target, why: str, cause: Exception | None = None
 ) -> Answer:
-    """The best answer: as it is within a time and by default; with an accuracy it is that of an
-    error.
+    """Best answer so far, for a time budget or by default; for an accuracy as part of the error
+    raised.
     """
     estimate = estimated(levels, target)
     if why == DOES_NOT_FALL:
@@ -523,7 +525,7 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
     if {"Fx", "Fy"} <= set(best) and not answer.scene.conformal:
         size = math.hypot(best["Fx"], best["Fy"])
         limit = static_friction_limit(answer)
-        # extrapolated, a force may be beyond what friction carries
+        # an extrapolated force may exceed the friction limit
         if size > limit:
             part = limit / size
             best = best | {name: part * best[name] for name in ("Fx", "Fy")}
@@ -544,8 +546,8 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
 
 
 def _doubt_of_peak(answer: Solution, estimate: ErrorEstimate) -> tuple[str, ...]:
-    """A sentence on a largest pressure that is known much worse than the forces, as of a body that
-    ends within the contact.
+    """Warning on a largest pressure with an error far above the accuracy, such as of a body that
+    ends within the contact; else empty.
     """
     bar = estimate.bars.get("peak_pressure", 0.0)
     if bar <= PEAK_DOUBTED * (estimate.accuracy or DEFAULT_ACCURACY) * answer.max_pressure:

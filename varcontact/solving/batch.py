@@ -36,12 +36,12 @@ from varcontact.system.process import one_blas_thread
 MOST_ELEMENTS = 4096
 """Elements of a lattice up to which dense transforms beat FFT by far."""
 MOST_IN_LINE = 512
-"""The same of strips in line contact."""
+"""Strips in line contact up to which dense transforms beat FFT by far."""
 START = "the result of as many scenes on the same lattices, with fields=True"
 PASSES_MAX = 40
-"""Passes of laws of friction at most."""
+"""Largest number of passes under laws of friction."""
 WHOLE_TOL = 1e-9
-"""Difference of the elements that particles pass in a step from a whole number, at most."""
+"""Largest difference from a whole number, of the elements that particles pass in a step."""
 BATCH_ELEMENTS = 250_000
 """Elements of all problems of a batch: their fields take 50 MB."""
 FIGURES = (
@@ -52,14 +52,14 @@ FIGURES = (
 """Figures of each scene, by the names that sweeps have."""
 Figures = dict[str, np.ndarray]
 Fields = dict[int, tuple[np.ndarray, ...]]
-"""By the number of a scene its tractions (2, ny, nx), its traction bound [force/area] and its
-centres' x and y."""
+"""Tractions (2, ny, nx), traction bound [force/area], and x and y of the element centres, by the
+number of a scene."""
 
 
 @dataclass(frozen=True, eq=False)
 class InitialTractions:
-    """Start of scenes, by their numbers: tractions by the bound (n, 2, ny, nx), and creepages
-    (n, 2).
+    """Start of scenes, by their numbers: tractions divided by the bound (n, 2, ny, nx), and
+    creepages (n, 2).
     """
 
     part: np.ndarray
@@ -111,7 +111,7 @@ def march_batches(
 
 
 def _grid_of_history(scene: Scene[Transient]) -> Grid | None:
-    """The grid of a history for batches; None of others."""
+    """Grid of a history for batches; None for other scenes."""
     motion = scene.motion
     grid = scene.grid
     frictions = [scene.friction, *(each for each in motion.every("friction") if each is not None)]
@@ -136,7 +136,9 @@ def on_grids(
     near: InitialTractions | None = None,
     before: Fields | None = None,
 ) -> tuple[Figures, np.ndarray]:
-    """The figures of `some` scenes on their own grids, NaN of others; and which batches solved."""
+    """Figures of `some` scenes on their own grids, NaN for the others; and a mask of those that
+    batches solved.
+    """
     figures = {name: np.full(len(scenes), math.nan) for name in FIGURES}
     solved = np.zeros(len(scenes), bool)
     fitting = [k for k in some if fits(scenes[k])]
@@ -228,8 +230,8 @@ def _friction_fits(friction: object) -> bool:
 
 
 def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
-    """Hertz's contacts: under a given force of ellipses and paraboloids as arrays, of others one by
-    one.
+    """Hertz contacts: vectorised for ellipses and paraboloids under a given force, one by one for
+    others.
     """
     contacts: list[HertzContact | None] = [None] * len(scenes)
     for kind in (Ellipse, Paraboloids):
@@ -273,7 +275,7 @@ def _columns_of_hertz(scenes: list[Scene]) -> list[list[float]]:
 
 
 def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
-    """A scene as one of a batch, or None where its grid is not for one."""
+    """Scene as a member of a batch, or None where its grid is not suitable."""
     grid = scene.own_grid
     motion = scene.motion
     shape = shape_with_margin(grid)

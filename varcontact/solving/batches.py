@@ -77,8 +77,8 @@ def solve_batches(
 def _to_accuracy(
     scenes: Sequence[Scene], accuracy: float, tol: float
 ) -> tuple[Figures, np.ndarray]:
-    """By the rule of `GridSequence`: three grids at least, until the error is small enough; with
-    the bars, as ``Fx_error``.
+    """Figures of scenes on three grids or more until the error is small enough (the rule of
+    `GridSequence`), with error bars as ``Fx_error``; and True for scenes that reach it.
     """
     figures = {name: np.full(len(scenes), math.nan) for name in (*FIGURES, *BARS)}
     solved = np.zeros(len(scenes), bool)
@@ -105,7 +105,7 @@ def _to_accuracy(
 
 
 def _small_enough(n: int, line: bool) -> bool:
-    """True if batches have so many elements as lattices of n across the contact have."""
+    """True if lattices with n elements across the contact are small enough for batches."""
     if line:
         return n <= MOST_IN_LINE
     return n * round(RATIO * n) <= MOST_ELEMENTS
@@ -126,7 +126,7 @@ def _extrapolated(
         value, error = sequence.extrapolated(itemgetter(name))
         best[name] = np.where(np.isnan(unit), finest[name], value)
         errors[f"{name}_error"] = error + floor * unit
-    # by a little, where extrapolated
+    # extrapolated forces may exceed the friction limit slightly
     beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)
     best |= {name: best[name] / beyond for name in ("Fx", "Fy")}
     rolls = np.array([isinstance(scene.motion, Steady) for scene in scenes])
@@ -136,8 +136,8 @@ def _extrapolated(
 
 
 def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
-    """The friction limits, and the units of errors of the values that a scene does not prescribe;
-    NaN of others.
+    """Friction limits, and the units of errors of the values that a scene does not prescribe; NaN
+    for the others.
     """
     limits = np.zeros(len(scenes))
     all_units = {name: np.full(len(scenes), math.nan) for name in VALUES}

@@ -1,4 +1,4 @@
-"""The two steps of every solution: the pressure for given tractions, the tractions for a given
+"""Two steps of every solution: the pressure for given tractions, and the tractions for a given
 pressure.
 """
 
@@ -38,22 +38,21 @@ from varcontact.solving.pipeline import check_memory, solve_problem
 from varcontact.system.process import changed
 
 PASSES_TOL = 0.1
-"""Part of the tolerance at which passes end, and part of that to which the last of them are
-exact."""
+"""Factor on the tolerance at which passes end, and on that to which the last of them are solved."""
 FIRST_TOL = 1e-3
-"""Residual that solvers are asked for in the first pass."""
+"""Residual requested from solvers in the first pass."""
 FORCING_TERM = 0.01
-"""Residual that solvers are asked for in later passes, relative to that of the pass before."""
+"""Residual requested from solvers in later passes, relative to that of the previous pass."""
 TOL_MIN = 1e-12
-"""The least residual that solvers are asked for."""
+"""Least residual requested from solvers."""
 FORCE_TOL = 1e-9
-"""Part of the normal force that may be missing in conformal contact."""
+"""Relative tolerance of the normal force in conformal contact."""
 FORCE_SOLVES_MAX = 20
-"""Solutions at most to find the pressures that balance the normal force of a conformal contact."""
+"""Largest number of solves for the normal force of a conformal contact."""
 ALTERNATIONS_MAX = 50
-"""Pressures and tractions in turn at most within a joint pass."""
+"""Largest number of alternations of pressure and tractions within a joint pass."""
 FIELD_PASSES_MAX = 500
-"""Passes at most to the fields of interfaces that do not jump."""
+"""Largest number of passes over interface fields that do not jump."""
 PLAIN_PASSES = 100
 """Passes without acceleration to fields of which several may be solutions.
 
@@ -61,7 +60,7 @@ Where two solutions have just vanished, many passes change little before they co
 acceleration would stop them there.
 """
 ACCELERATED_BELOW = 1e-4
-"""Residual below which these are accelerated, too."""
+"""Residual below which passes over fields with several solutions are accelerated."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ class ContactSolver:
     deadline: float = math.inf
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the pressure that goes with its tractions."""
+        """State with the pressure for its tractions."""
         with self.stats.stage("normal"):
             if self.plan.closed_form:
                 with self.stats.called("hertz"):
@@ -124,7 +123,7 @@ class ContactSolver:
         may_be_rough = self.plan.matrix_free("normal")
         if not (self.plan.loops and state.passes and may_be_rough):
             return self.tol
-        # errors of pressures are seen by tractions K by friction times as large
+        # errors of pressures change tractions by K times friction as much
         friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
         part = 1.0
         if disc.K:
@@ -150,9 +149,7 @@ class ContactSolver:
         return replace(disc, subgrid=Subgrid(parts, on_parts.pressure)), state
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the tractions that go with its pressure; `Saturated` if these cannot carry
-        a force.
-        """
+        """State with the tractions for its pressure; `Saturated` if these cannot carry a force."""
         with self.stats.stage("tangential"):
             if self.plan.theory is not None:
                 with self.stats.called(self.plan.tangential):
@@ -185,7 +182,7 @@ class ContactSolver:
         return changed(end, passes=state.passes)
 
     def _under_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The tractions under the implicit fields as they are."""
+        """Tractions under the present implicit fields."""
         marches = self.plan.formulation == "marching"
         problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=marches)
         size = math.hypot(*(force or 0.0 for force in problem.force))
@@ -208,7 +205,7 @@ class ContactSolver:
             return self.tol
         if not _jumps(disc.sought(by_slip=True)):
             return self._forcing_term(state)
-        # of two coefficients: what slips once slips for good, so no pass may be rough
+        # with two coefficients an element that slips once keeps slipping: no pass may be inexact
         return PASSES_TOL**2 * self.tol
 
     def block_descent(self, disc: Discretisation, state: ContactState) -> ContactState:
@@ -217,7 +214,7 @@ class ContactSolver:
         The two problems in turn: of a shift that is block descent of the complementary energy,
         which is convex.
         """
-        # no more than the next pass needs
+        # no more accurate than the next pass needs
         residual = 1.0
         if state.passes:
             residual = state.passes[-1][1]
@@ -292,8 +289,8 @@ def solve_pressure_and_tractions(
 
 
 def _first_pass(disc: Discretisation, solver: ContactSolver, state: ContactState) -> ContactState:
-    """The state with the fields by slip of the first pass: its own, those that particles have, or
-    those of the start.
+    """State with the first fields by slip: its own, those carried by particles, or those of the
+    start.
     """
     sought = disc.sought(by_slip=True)
     begin = solver.start
@@ -316,7 +313,7 @@ def _first_pass(disc: Discretisation, solver: ContactSolver, state: ContactState
 
 
 def branch_of(start: str | Solution | None) -> str:
-    """From where a solution is sought, a name of `BRANCHES`."""
+    """Starting point of the search for a solution under a friction law, a name of `BRANCHES`."""
     if isinstance(start, Solution):
         return "solution"
     return start or "stick"
@@ -354,7 +351,7 @@ def pass_under_fields(
 def passes_over(
     sought: tuple[Quantity, ...], one_pass: OuterIteration, start: ContactState, limits: Limits
 ) -> ContactState:
-    """The state after passes until implicit quantities stay, within their limits."""
+    """State after passes that end when implicit quantities have converged, within their limits."""
     names = tuple(each.name for each in sought)
     within = {each.name: (each.least, each.most) for each in sought}
     first, residual = one_pass(start)
@@ -364,12 +361,12 @@ def passes_over(
 def _with_fields_of_slip(
     disc: Discretisation, solver: ContactSolver, start: ContactState
 ) -> ContactState:
-    """The contact with the fields that follow from its slip, by passes from the start."""
+    """Contact with the fields that follow from its slip, by passes from the start."""
     sought = disc.sought(by_slip=True)
     tol = PASSES_TOL * solver.tol
 
     def coupled(under_fields: Discretisation, state: ContactState) -> ContactState:
-        # no more than the next pass needs
+        # no more accurate than the next pass needs
         rough = FIRST_TOL
         if state.passes:
             rough = FORCING_TERM * state.passes[-1][1]
@@ -387,7 +384,7 @@ def _with_fields_of_slip(
 
 
 def limits_of_passes(sought: tuple[Quantity, ...], tol: float, elements: int) -> Limits:
-    """The limits of passes to quantities, by the strictest of their rules."""
+    """Limits of passes over quantities, by the strictest of their rules."""
     if _jumps(sought):
         return Limits(tol, elements, elements, plain=elements)
     if any(each.passes == FROM_ONE_SIDE for each in sought):
@@ -488,7 +485,7 @@ def with_normal_force(
 
 
 def as_held(disc: Discretisation, state: ContactState) -> Discretisation:
-    """The contact with the approach of a state, of a pin that a force presses; others as they are.
+    """Contact with the approach of a state, for a pin that a force presses; otherwise unchanged.
 
     Its approach changes the distance along the arc, so that its problem is one of a given approach.
     """
@@ -526,7 +523,7 @@ class _ForceSearch:
     tried: list[tuple[float, float]] = field(default_factory=list)
 
     def next_value(self, value: float, excess: float) -> float | None:
-        """The next value, from the relative excess of the force at this one; None where the search
+        """Next value, from the relative excess of the force at this one; None where the search
         ends.
         """
         no_nearer = len(self.tried) > 1 and abs(excess) >= abs(self.tried[-1][1])

@@ -26,16 +26,15 @@ if TYPE_CHECKING:
     from varcontact.solvers.newton.coupled import CoupledProblem
 
 SLOW_PASS = 0.2
-"""Part of the residual that a pass leaves, above which it is slow: from then on passes are
-accelerated."""
+"""Ratio of residuals above which a pass is slow: passes are then accelerated."""
 VAIN_PASSES_MAX = 15
-"""Accelerated passes in a row without gain after which passes stay plain: where two solutions have
-just vanished, acceleration would hold them there."""
+"""Accelerated passes in a row without gain after which acceleration stops: where two solutions have
+just vanished, it would keep the iterate there."""
 MEMORY = 6
 """Passes that the acceleration combines."""
 PASSES_MAX = 1000
-"""Passes of all loops together, those within others too: under a law unlike bodies have a loop in
-each pass. Random scenes that converge take 25 at most (tests/random_scenes.py)."""
+"""Passes of all nested loops together: under a law, unlike bodies have a loop in each pass. Random
+scenes that converge take at most 25 (tests/random_scenes.py)."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +86,11 @@ class _Acceleration:
         return [end - start for start, end in zip(self.starts, self.ends, strict=True)]
 
     def decide(self, number: int, residual: float, before: float, gained: bool) -> None:
-        """Begin or end after a pass, of that number, which leads from one residual to another."""
+        """Start or stop the acceleration after a pass with this number, residual and previous
+        residual.
+        """
         changes = self.changes
-        # a change against the one before, as under rising friction: no branch is lost then
+        # a change opposite to the previous one, as with rising friction: no branch can be lost then
         turns = len(changes) > 1 and float(np.sum(changes[-2] * changes[-1])) < 0
         ready = number > self.limits.plain or residual < self.limits.near or turns
         if gained and self.vain < VAIN_PASSES_MAX:
@@ -102,7 +103,9 @@ class _Acceleration:
             self.active = False
 
     def next_start(self) -> np.ndarray:
-        """The combination of values for which the same combination of changes is smallest."""
+        """Combination of values for which the same combination of changes is smallest
+        (Anderson).
+        """
         ends = self.ends
         if len(ends) == 1:
             mixed = ends[-1]
@@ -116,8 +119,8 @@ class _Acceleration:
 
 @dataclass(frozen=True, eq=False)
 class _Unknown:
-    """The unknown of the passes: one field of the contact or of its interfaces, or several in one
-    vector, each by its largest value.
+    """Unknown of the passes: one field of the contact or of its interfaces, or several in one
+    vector, each divided by its largest value.
     """
 
     names: tuple[str, ...]
@@ -216,7 +219,9 @@ def fixed_point(
 
 
 def _stops_all(error: VarcontactError, early: bool) -> bool:
-    """True for errors of the friction law, and early of a force that friction cannot carry."""
+    """True for errors of the friction law, and in early passes for a force that friction cannot
+    carry.
+    """
     of_friction = isinstance(error, SceneError) and error.field.startswith("friction")
     return of_friction or (early and isinstance(error, Saturated))
 

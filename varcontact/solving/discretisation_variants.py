@@ -110,7 +110,7 @@ class Way:
 
     @property
     def family(self) -> str:
-        """Words that are the same for the way on other grids."""
+        """Name of the family: the same for the same method on other grids."""
         parts = []
         for name, value in (*self.motion, *self.options):
             if isinstance(value, str):
@@ -168,7 +168,7 @@ class Way:
         return replace(scene, grid=grid, motion=motion)
 
     def _why_not_grid(self, scene: Scene) -> str:
-        """Why its elements do not serve a scene."""
+        """Reason why the elements are not suitable for a scene; empty where they are."""
         if self.edge != "centres" and why_centres(scene):
             return f"the edge {self.edge!r} {why_centres(scene)}"
         half_spaces = isinstance(scene.bodies, Bodies)
@@ -179,8 +179,8 @@ class Way:
         return ""
 
     def why_not(self, scene: Scene) -> str:
-        """Why it does not serve a scene; empty where it does, as far as can be
-        said without solving.
+        """Reason why it is not suitable for a scene; empty where it is, as far as known before
+        solving.
 
         Parameters
         ----------
@@ -198,7 +198,7 @@ class Way:
 
 
 def _check_pairs(field: str, pairs: object, example: str) -> None:
-    """Refuse what is no tuple of pairs of a name and a value."""
+    """Refuse anything but a tuple of pairs of a name and a value."""
     if not isinstance(pairs, tuple) or not all(map(_is_pair, pairs)):
         raise SceneError(field, pairs, f"pairs of a name and a value, as {example}")
 

@@ -1,4 +1,4 @@
-"""The contact of a scene under a pressure that is given, or Hertz's: nothing is solved."""
+"""Contact of a scene under a given pressure, or Hertz's: nothing is solved."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 
 TRACTION_RANGE = 1e50
-"""Greatest traction that is taken, by the scale of pressures: products of more leave floating
+"""Largest accepted traction, divided by the scale of pressures: larger products leave floating
 point."""
 
 
@@ -58,7 +58,7 @@ def contact_under(
     lattice = disc if disc.subgrid is None else disc.subgrid.disc
     pressures = pressures / scale
 
-    # the approach of the elements, or of the parts which the pressure acts on
+    # approach from the elements, or from their parts, that the pressure acts on
     acting = None
     if disc.K != 0:
         acting = state.traction
@@ -69,7 +69,9 @@ def contact_under(
 
 
 def field_of(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) -> np.ndarray:
-    """Numbers of a shape, of a size that can be computed with beside the scale of pressures."""
+    """Array of a shape, with values that are safe to compute with relative to the scale of
+    pressures.
+    """
     array = checks.array(name, values, shape=shape)
     largest = float(np.abs(array).max())
     if largest > TRACTION_RANGE * scale:

@@ -1,5 +1,5 @@
-"""Finer and finer grids for an accuracy, one rule for single scenes, batches and wheels: the
-elements across the contact on each, and what the last three tell of the error.
+"""Sequence of finer grids for an accuracy, one rule for single scenes, batches and wheels: elements
+across the contact on each, and the error from the last three.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from varcontact.scene.scene import Scene
 COARSEST_ELEMENTS = 4
 """Elements across the contact on the coarsest grid."""
 COARSEST_ELEMENTS_LINE = 48
-"""The same in line contact."""
+"""Elements across the contact on the coarsest grid, in line contact."""
 RATIO = 1.5
 """Ratio of the elements across on a grid to those on the grid before."""
 GRIDS = 3
-"""Grids that an error is estimated from."""
+"""Number of grids from which an error is estimated."""
 ORDER = 1.5
 """Order of Richardson's steps s; where a layer hardens it is 1."""
 SAFETY = 1.25
 """The error is ``SAFETY max |s| + FLOOR n^-ORDER``, for the largest pressure with the n across the
 patch that has it."""
 FLOOR = 0.4
-"""Part of the error that grids do not show, see `SAFETY`."""
+"""Constant of the error that no grid shows, see `SAFETY`."""
 PART = 0.5
-"""Part of Richardson's last step that the value takes."""
+"""Share of Richardson's last step that is added to the value."""
 FLOOR_PART = 0.5
-"""Part of the accuracy that the floor takes on the third grid."""
+"""Share of the accuracy that the floor may have on the third grid."""
 
 Level = TypeVar("Level")
 
@@ -43,7 +43,8 @@ Level = TypeVar("Level")
 class GridSequence(Generic[Level]):
     """The grids of a solve to an accuracy: elements across on the next one, and the answers so far.
 
-    `whole`: whether elements across are counted, or only tell the sides of elements.
+    `whole`: whether the number of elements across is rounded up to a whole number, or only
+    determines the sides of elements.
     """
 
     n: float
@@ -53,12 +54,12 @@ class GridSequence(Generic[Level]):
 
     @property
     def few(self) -> bool:
-        """True where the grids are too few to tell an error."""
+        """True where the grids are too few for an error estimate."""
         return len(self.levels) < GRIDS
 
     @property
     def last(self) -> list[Level]:
-        """The answers that tell the error."""
+        """Answers from which the error is estimated."""
         return self.levels[-GRIDS:]
 
     def learn(self, level: Level, n: float | None = None) -> None:
@@ -75,7 +76,7 @@ class GridSequence(Generic[Level]):
         return n
 
     def extrapolated(self, value: Callable[[Level], Any]) -> tuple[Any, Any]:
-        """The best of a value of the last answers and its error, see `richardson`."""
+        """Extrapolated value of the last answers and its error, see `richardson`."""
         return richardson([value(level) for level in self.last], self.across[-GRIDS:])
 
 
@@ -114,7 +115,7 @@ def order_of(scene: Scene) -> float:
 def richardson(
     values: Sequence[Any], across: Sequence[float], order: float = ORDER
 ) -> tuple[Any, Any]:
-    """The best value and its error, but for the floor, by Richardson's steps between the last
+    """Extrapolated value and its error without the floor, by Richardson's steps between the last
     grids, three or two.
     """
     parts = [1 / ((fine / coarse) ** order - 1) for coarse, fine in pairwise(across)]
@@ -126,8 +127,8 @@ def richardson(
 
 
 def coarsest(line: bool, accuracy: float | None) -> int:
-    """Elements across on the first grid, with which the floor takes a part of the accuracy on the
-    third one.
+    """Elements across on the first grid, chosen so that the floor is a given share of the accuracy
+    on the third.
     """
     n = COARSEST_ELEMENTS_LINE if line else COARSEST_ELEMENTS
     if accuracy is None:

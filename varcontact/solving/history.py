@@ -117,7 +117,7 @@ def bytes_of_steps(motion: Transient, elements: int) -> float:
 
 
 def _grid(scene: Scene[Transient], solver: ContactSolver) -> Grid:
-    """One grid for the whole history: the scene's own, that of the start, or one that holds every
+    """Grid of the whole history: the scene's own, that of the start, or one that contains every
     contact.
     """
     start = scene.motion.start
@@ -135,6 +135,6 @@ def _grid(scene: Scene[Transient], solver: ContactSolver) -> Grid:
         grids.append(disc.grid)
     grid = common_grid(scene, solver.plan.potential_contact, grids)
     if start is not None and not interpolate and np.allclose(start.grid.sides, grid.sides, 1e-9):
-        # the same lattice, with more or less room around
+        # the same lattice, with a different margin
         return replace(start.grid, edge=grid.edge)
     return grid

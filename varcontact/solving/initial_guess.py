@@ -1,4 +1,4 @@
-"""Contacts to begin with: those of a similar scene, or on another grid."""
+"""Initial guesses: contacts of a similar scene, or on another grid."""
 
 from __future__ import annotations
 

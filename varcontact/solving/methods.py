@@ -32,14 +32,14 @@ def _word(field: str, name: Any) -> str:
 
 
 def _normal_name(field: str, method: Any) -> str:
-    """The name of a solver of pressures; whether there is one is judged with the scene."""
+    """Name of a solver of pressures; its existence is checked with the scene."""
     if isinstance(method, str) and method == "auto":
         return method
     return _word(field, solver_name("normal", method))
 
 
 def _tangential_name(field: str, method: Any) -> str:
-    """The same of tractions."""
+    """Name of a solver of tractions; its existence is checked with the scene."""
     if isinstance(method, str) and method == "auto":
         return method
     return _word(field, solver_name("tangential", method))
@@ -54,7 +54,7 @@ def _formulation_name(field: str, name: Any) -> str:
 
 
 def _method_name(field: str, name: Any) -> str:
-    """A name of a method; where it is one of something else, say of what."""
+    """Name of a method; the error for a name of something else says of what."""
     if isinstance(name, str) and name not in METHODS:
         arguments = {
             "tangential": [*registry.tangential_methods(), *THEORIES],

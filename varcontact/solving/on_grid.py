@@ -44,36 +44,36 @@ from varcontact.solving.surface_noise import noise_warning
 from varcontact.system.process import changed, lazy_property
 
 PLACE_TOL = 1e-4
-"""Residual of a pressure that only tells where the contact is, before it is solved for on parts of
-the elements."""
+"""Residual of a pressure that only locates the contact, before it is solved on parts of the
+elements."""
 APPROACH_TOL = 1e-6
-"""Residual of a pressure that only tells the approach."""
+"""Residual of a pressure that is only used for the approach."""
 BORDER_ROUNDING = 1e-9
-"""Part of an element by which a sample may miss its border and still lie on it."""
+"""Distance of a sample beyond its border, in elements, up to which it counts as on the border."""
 SEARCH_ELEMENTS = 24
 """Elements across on a grid of the coarse search for a contact."""
 SEARCH_GRIDS_MAX = 60
-"""Grids of the coarse search at most."""
+"""Largest number of grids of the coarse search."""
 SEARCH_TOL = 1e-6
 """Residual of the pressures of the coarse search."""
 SEARCH_ELEMENTS_ACROSS = 8
 """Elements across the contact with which the coarse search ends."""
 GRIDS_MAX = 20
-"""Grids that are tried at most."""
+"""Largest number of grids that are tried."""
 CLOSER_GRIDS_MAX = 3
-"""Grids at most that lie closer around the contact than the one before."""
+"""Largest number of grids that are finer around the contact than the one before."""
 ROOM = 0.1
-"""Room that a contact is given where tractions move it, as a part of its length: only the next
-elements are solved for."""
+"""Margin for a contact that tractions move, divided by its length: only the next elements are
+solved for."""
 TURN_MAX = 2.0
 """Angle by which the reference surface may turn over a conformal contact [rad]."""
 DISTANCE_ROUNDING_MAX = 1e-3
-"""Part of the approach that the rounding of distances may be."""
+"""Largest rounding error of distances, divided by the approach."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactOnGrid:
-    """Contact with pressure and tractions that has no certificate yet."""
+    """Contact with pressure and tractions, not yet certified."""
 
     scene: Scene
     disc: Discretisation
@@ -101,34 +101,32 @@ class ContactOnGrid:
         initial_guess: Solution | InitialGuess,
         operators: Operators | None = None,
     ) -> ContactOnGrid:
-        """The contact of an initial guess on the scene's own elements, before anything is solved
-        for.
-        """
+        """Contact of an initial guess on the scene's own elements, before any solve."""
         disc = discretise(scene, scene.own_grid, operators)
         return cls(scene, disc, state_on(initial_guess, disc), options.solver(scene))
 
     def with_pressure(self) -> ContactOnGrid:
-        """Contact with the pressure without tractions, which lies within the elements."""
+        """Contact with the pressure without tractions, checked to lie within the elements."""
         disc, state = _pressure_alone(self.scene, self.solver, self.disc, self.state)
         adjust(self.solver.plan, disc, state, closer=False)
         return changed(self, disc=disc, state=state)
 
     @property
     def keeps_pressure(self) -> bool:
-        """True if tractions leave the pressure as it is, which is solved for on the elements."""
+        """True if tractions do not change the pressure, and it is solved on whole elements."""
         return self.solver.plan.coupling == "none" and self.disc.subgrid is None
 
     def starting_from(self, initial_guess: Solution | InitialGuess) -> ContactOnGrid:
-        """Contact with the tractions of an initial guess to begin with."""
+        """Contact with the tractions of an initial guess as a start."""
         return changed(self, state=with_tractions_of(initial_guess, self.disc, self.state))
 
     def with_tractions(self) -> ContactOnGrid:
-        """Contact with the tractions that go with the pressure."""
+        """Contact with the tractions for its pressure."""
         return replace(self, state=solve_pressure_and_tractions(self.disc, self.solver, self.state))
 
     def under(self, normal_force: float) -> ContactOnGrid:
-        """Contact without tractions on these elements under a force, about as rough as its approach
-        may be.
+        """Frictionless contact on these elements under a normal force, to a residual of
+        `APPROACH_TOL`.
         """
         loading = changed(self.disc.loading, approach=None, normal_force=normal_force)
         disc = changed(self.disc, loading=loading)
@@ -190,8 +188,8 @@ def solve_contact(
     traction: np.ndarray | None = None,
     initial_guess: Solution | InitialGuess | None = None,
 ) -> tuple[Discretisation, ContactState]:
-    """The contact on a grid that holds it: where it goes on outside a grid of our choice, that is
-    enlarged.
+    """Contact on a grid that contains it: a grid that the user did not choose is enlarged where the
+    contact continues outside.
 
     The contact without tractions settles the grid; of unlike bodies it is then that with tractions.
     The `operators` serve again on the same lattice. Tractions of like bodies begin from `traction`,
@@ -254,7 +252,7 @@ def _with_start(
     traction: np.ndarray | None,
     initial_guess: Solution | InitialGuess | None,
 ) -> ContactState:
-    """The state with tractions to begin with: of an initial guess, or of another motion."""
+    """State with tractions to start from: of an initial guess, or of another motion."""
     if initial_guess is not None:
         return with_tractions_of(initial_guess, disc, state)
     # of like bodies on as many elements
@@ -281,12 +279,12 @@ def _without_tractions(
     disc: Discretisation,
     initial_guess: Solution | InitialGuess | None,
 ) -> tuple[Discretisation, ContactState]:
-    """The pressure of the contact without tractions, in conformal contact under its force."""
+    """Pressure of the contact without tractions; in conformal contact under its force."""
     state = unloaded(disc.grid)
     if initial_guess is not None:
         state = state_on(initial_guess, disc)
     elif disc.hertz is not None and solver.plan.by_areas:
-        # the contact area of half-spaces as soft
+        # contact area of half-spaces with the same compliance
         pressure = disc.hertz.on_elements(disc.grid) / disc.scales.pressure
         state = changed(state, pressure=pressure)
     return _pressure_alone(scene, solver, disc, state)
@@ -295,7 +293,7 @@ def _without_tractions(
 def _pressure_alone(
     scene: Scene, solver: ContactSolver, disc: Discretisation, state: ContactState
 ) -> tuple[Discretisation, ContactState]:
-    """The same, from a state."""
+    """Pressure of the contact without tractions, solved from a state."""
     if solver.plan.cells(scene) == (1, 1):
         state = solver.pressure(disc, state)
     else:
@@ -360,8 +358,8 @@ def place(
 def _coarse_search(
     scene: Scene, surface: SampledDistance, solver: ContactSolver
 ) -> tuple[Grid, InitialGuess | None]:
-    """The grid around the frictionless contact of samples, and that contact: on coarse grids, first
-    across all samples, then closer and closer around it.
+    """Grid around the frictionless contact of samples, and that contact: on coarse grids across all
+    samples, then on smaller and smaller ones around it.
     """
     plan = solver.plan
     if plan.method not in ("convex", "conic"):
@@ -402,8 +400,8 @@ def adjust(
     closer: bool,
     with_tractions: bool = False,
 ) -> Grid | None:
-    """A larger grid where the contact goes on outside, or a `closer` one where it has few elements;
-    None: it fits.
+    """Larger grid where the contact continues outside, or a `closer` one where it has few elements;
+    None where it fits.
     """
     potential = plan.potential_contact
     closed_form = plan.closed_form and not with_tractions
@@ -429,7 +427,7 @@ def _lowest_in_elements(
     A sample on the border of elements counts in all of them: a surface and its mirror image have
     mirrored grids.
     """
-    distance = np.clip(surface.distance(grid), -LARGE, LARGE)  # splines swing
+    distance = np.clip(surface.distance(grid), -LARGE, LARGE)  # splines oscillate
     x, y = surface.coordinates
     dx, dy = grid.sides
     x0, _, y0, _ = grid.box
@@ -481,8 +479,8 @@ def finish(
 def _certified(
     response: ContactResponse, solver: ContactSolver
 ) -> tuple[Certificate | Callable[[], Certificate], float]:
-    """The certificate, or of a theory what computes it, and the residual of the plan's problems;
-    where that misses the tolerance all of the certificate, which may tell why.
+    """Certificate (of a theory, a function that computes it) and residual of the plan's problems; a
+    full certificate if that misses the tolerance, as it may show why.
     """
     plan = solver.plan
     # bounds often take longer than the solution, and are not always asked for
@@ -532,12 +530,12 @@ def _residual_of_plan(
         normal = normal_residual(
             disc.normal_problem(), state.pressure.ravel(), np.array([state.approach])
         )
-        return float(np.max([normal, certificate.tangential_residual]))  # NaN where one is
+        return float(np.max([normal, certificate.tangential_residual]))  # NaN if one is NaN
     return certificate.residual
 
 
 def _with_reasons_of(state: ContactState, plan: Plan) -> Plan:
-    """The plan with the reasons for solvers that took over."""
+    """Plan with the reasons for solvers that replaced others."""
     if not any(state.reasons.values()):
         return plan
     reasons = {

@@ -39,8 +39,8 @@ TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
 
 LOOSE = 1e-4
-"""Residual of an answer that another one is extrapolated with: it changes forces by parts of a
-million at most."""
+"""Residual of an answer used only for extrapolation: it changes forces by at most parts per
+million."""
 
 DEFAULT_ACCURACY = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
@@ -70,7 +70,7 @@ class Options(TypedDict, total=False):
 
 @dataclass(frozen=True, kw_only=True)
 class Arguments:
-    """Arguments of `solve`, as they are given."""
+    """Arguments of `solve` as given by the user."""
 
     methods: Methods = AUTO
     tol: float = TOLERANCE
@@ -131,8 +131,8 @@ class SolveOptions:
 
     @classmethod
     def checked(cls, scene: Scene, **given: Any) -> SolveOptions:
-        """The arguments of `solve`, refused as there, before any work, where they do not suit the
-        scene.
+        """Options from the arguments of `solve`, which are refused before any work if they do not
+        suit the scene.
         """
         methods, others = taken_apart(given)
         arguments = Arguments(methods=methods, **others)
@@ -163,13 +163,13 @@ class SolveOptions:
         )
 
     def solver(self, scene: Scene) -> ContactSolver:
-        """The methods for the `scene`; on a coarser grid to a loose tolerance, without a
+        """Solver for the `scene`; on a coarser grid with a loose tolerance, without a
         certificate.
         """
         plan = self.plan_for(scene)
         certify = self.certify
         tol = self.tol
-        if self.final:  # a coarse grid fits where a finer one does
+        if self.final:  # if the fine grid fits, so does a coarse one
             check_fits(scene, plan)
         else:
             certify = "none"
@@ -190,13 +190,15 @@ class SolveOptions:
         )
 
     def suit(self, scene: Scene) -> bool:
-        """True of a scene of the same kind on about as many elements: methods go by these."""
+        """True for a scene on about as many elements, on which the choice of methods depends; its
+        kind is not checked.
+        """
         before = self.scene.own_grid.size
         now = scene.own_grid.size
         return before < SAME_SIZE * now and now < SAME_SIZE * before
 
     def like(self, scene: Scene) -> SolveOptions:
-        """The same for a scene that they suit."""
+        """Copy for another scene that they `suit`."""
         plan = changed(self.plan, grid=PotentialContact.of(scene))
         return changed(self, scene=scene, plan=plan)
 
@@ -242,7 +244,7 @@ def _check_store(scene: Scene, store: Any) -> None:
 
 
 def check_saturation(scene: Scene) -> None:
-    """Before any work: `Saturated` for forces beyond f Fz, where both are numbers, or in steps
+    """Raise `Saturated` before any work for forces beyond f Fz, where both are numbers, or in steps
     without friction.
     """
     motion = scene.motion
@@ -257,7 +259,9 @@ def check_saturation(scene: Scene) -> None:
 
 
 def _static_friction_limit(scene: Scene) -> float:
-    """f Fz with the largest coefficient, infinite where it is not known before the solution."""
+    """Friction force f Fz with the largest coefficient; infinite if it is not known before the
+    solution.
+    """
     largest = scene.largest_coefficient
     if isinstance(largest, float) and scene.normal_force is not None:
         return largest * scene.normal_force
@@ -384,7 +388,9 @@ def _refusals_of_rolling(motion: Steady, plan: Plan, field: str) -> Iterator[Sce
 
 
 def _refusals_of_shift(scene: Scene, motion: Shift, field: str) -> Iterator[SceneError]:
-    """In line contact without a depth, a shift under a force is determined up to a constant."""
+    """Refusals of a shift under a force in line contact without a depth: it is determined up to a
+    constant only.
+    """
     forces = [name for name in ("Fx", "Fy") if getattr(motion, name) is not None]
     if not forces:
         return

@@ -23,7 +23,7 @@ SolverChoice = str | OwnFunction
 GROUP = "varcontact.solvers"
 """Group of the entry points."""
 NAME = re.compile(r"\w[\w.-]*")
-"""Names of solvers: without the marks that names of methods have between their parts."""
+"""Pattern of solver names: without the characters that separate parts of method names."""
 RESERVED = (
     "auto",
     "none",
@@ -35,7 +35,7 @@ RESERVED = (
     "active-set",
     "kalker",
 )
-"""Names that mean something else."""
+"""Names with another meaning, which solvers cannot have."""
 
 
 @checks.named_options()
@@ -137,7 +137,7 @@ def solver_name(kind: Kind, value: Any) -> Any:
 
 
 def _adopted(kind: Kind, function: OwnFunction) -> str:
-    """The name under which a function is a solver, its own where that is free."""
+    """Name under which a function is registered: its own, if that is free."""
     for spec in SOLVERS.values():
         if spec.own and spec.kind == kind and spec.solve == OwnSolver(function):
             return spec.name
@@ -176,7 +176,7 @@ Registered = Mapping[tuple[Kind, str], OwnSolver]
 
 
 def registered() -> Registered:
-    """The own solvers that other processes can be given."""
+    """Registered solvers that can be sent to other processes."""
     return {
         key: spec.solve
         for key, spec in SOLVERS.items()
@@ -187,13 +187,13 @@ def registered() -> Registered:
 def _goes_elsewhere(own: OwnSolver) -> bool:
     try:
         pickle.dumps(own)
-    except Exception:  # pickle raises what it likes
+    except Exception:  # pickle may raise anything
         return False
     return True
 
 
 def with_registered(own: Registered, work: Callable[..., Result], *task: Any) -> Result:
-    """The result of `work`, in a process that is given the own solvers of another."""
+    """Result of `work` in a process that first gets the registered solvers of another."""
     for (kind, name), each in own.items():
         _add(name, kind, each)
     return work(*task)

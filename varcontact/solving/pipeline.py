@@ -35,18 +35,18 @@ from varcontact.solvers.registry import Kind, SolverSpec, solver
 from varcontact.system.process import SMALLER, changed, need
 
 MARCH_STEPS_MAX = 2000
-"""Steps of a march at most."""
+"""Largest number of steps of a march."""
 IDLE_STEPS = 5
-"""Steps without gain after which a march ends that hardly moves."""
+"""Steps without gain after which a nearly stationary march ends."""
 IDLE_CHANGE = 1e-4
-"""Change in a step, relative to the largest traction, with which a march hardly moves."""
+"""Change in a step, relative to the largest traction, below which a march is nearly stationary."""
 
 DENSE_MATRICES = 4.3
 """Dense matrices at the peak of active sets; a program takes three times as many for each of its
 blocks."""
 BYTES_CVXPY = 5e-3
-"""Bytes at the peak of CVXPY, which compiles the gap program, by the fourth power of the
-unknowns."""
+"""Memory at the peak of CVXPY, which compiles the gap program, divided by the fourth power of the
+unknowns [bytes]."""
 
 NO_SLIP: TangentialSolver = counted("no-slip", lambda problem, settings, start: no_slip(problem))
 
@@ -85,7 +85,7 @@ def _best_answer(
     settings: Settings,
     start: RawSolution | None,
 ) -> RawSolution:
-    """The best answer of attempts, each made where those before are not good enough."""
+    """Best answer of the attempts, each made only if the earlier ones are not good enough."""
     best: RawSolution | None = None
     last = start
     for attempt in attempts:
@@ -123,7 +123,9 @@ def _can_be_made(
 
 
 def _with_record(raw: RawSolution, attempt: Attempt, last: RawSolution | None) -> RawSolution:
-    """An answer with the iterations that count with the answer before, and why it was taken."""
+    """Answer with the iterations counted together with the previous answer, and the reason for
+    it.
+    """
     if last is None:
         return raw
     iterations = raw.iterations
@@ -152,8 +154,8 @@ def _answer(
 
 
 def _without_small_pressures(problem: NormalProblem, raw: RawSolution) -> RawSolution:
-    """An answer of a program without the small pressures that it leaves where the bodies are apart,
-    by the natural map ``p - e/rho``.
+    """Answer of a program without the small pressures left where the bodies are apart, by the
+    natural map ``p - e/rho``.
     """
     distance = problem.shift(raw.traction, raw.rigid)
     return replace(
@@ -200,7 +202,7 @@ def march(
             status = raw.status
             break
 
-        # its gain; a solver that fails may give back its start, then nothing changes either
+        # its gain; a solver that fails may return its start, and then nothing changes either
         change = float(np.abs(raw.traction - last.traction).max())
         last = raw
         residual = tangential_residual(problem, raw.traction, raw.rigid)
@@ -280,7 +282,7 @@ def own_image(scene: Scene) -> bool:
 
 
 def elements_in_contact(scene: Scene) -> tuple[float, float]:
-    """About the number of elements in contact, and their length along x; zero where that is not
+    """Approximate number of elements in contact, and their length along x; zero where that is not
     known.
     """
     grid = scene.own_grid
@@ -323,8 +325,8 @@ def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
 
 
 def check_fits(scene: Scene, plan: Plan) -> None:
-    """Refuse a contact that is known not to fit into memory before any work; of others each problem
-    as it is posed.
+    """Refuse a contact that cannot fit into memory before any work; otherwise each problem is
+    checked when it is posed.
     """
     plan.potential_contact.check_size()
     if plan.closed_form and plan.solves and not isinstance(scene.motion, Transient):

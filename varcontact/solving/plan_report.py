@@ -1,4 +1,4 @@
-"""What a scene requires, before anything is solved: the plan with its reasons, sizes and costs."""
+"""Plan of a scene before anything is solved: methods with their reasons, sizes and costs."""
 
 from __future__ import annotations
 

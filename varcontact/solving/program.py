@@ -79,7 +79,8 @@ MEANINGS = {
     "shift": "cones (t, E) of the local shift; multipliers: w (1, p)",
     "bound": "cones (1, p) of the traction bound; multipliers: w (|E|, E)",
 }
-"""Blocks of variables and of rows, in words; w is the traction bound by the largest."""
+"""Meanings of the blocks of variables and of rows; w is the traction bound divided by the
+largest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -489,8 +490,8 @@ def _check_program(scene: Scene) -> None:
 
 
 def _held_fixed(scene: Scene, disc: Discretisation) -> list[str]:
-    """What a program takes as known that depends on the tractions; refused where that is a
-    hardening layer.
+    """Quantities, in words, that depend on tractions but that a program takes as known; a hardening
+    layer is refused.
     """
     if disc.sought(by_slip=False):
         why = "its yield stress follows from the tractions, and no program has it"
@@ -514,7 +515,7 @@ def _checked(formulation: str, names: list[str], reason: str) -> str:
 
 
 def _by_program(plan: Plan, problem: str, formulation: str) -> Plan:
-    """The plan of a solution by a program that somebody else solved."""
+    """Plan of a solution by a program that was solved elsewhere."""
     reasons = plan.reasons | {problem: "a program of vc.program, solved elsewhere"}
     changed: dict[str, Any] = {problem: "program", "formulation": formulation}
     return replace(plan, reasons=reasons, **changed)

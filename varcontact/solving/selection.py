@@ -1,4 +1,4 @@
-"""The choice behind "auto": the methods that a scene is solved by, and why; refusals of others."""
+"""Choice of methods for "auto", with reasons, and refusals of unsuitable ones."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from varcontact.theories.on_grid import THEORIES, why_not
 
 @dataclass(frozen=True)
 class Preset:
-    """A value of `method`, in words, and its solvers where none is named."""
+    """Reason for the value of `method`, and its default solvers."""
 
     why: str
     normal: str
@@ -54,8 +54,8 @@ PRESETS: dict[str, Preset] = {
     ),
     "kalker": Preset("requested: NORM and TANG as printed, without programs", "norm", "tang-exact"),
 }
-"""By method. With "auto" any solver may be named; what stands here is for few elements, and
-`NEWTON` takes its place beyond the numbers below."""
+"""Solvers and reasons by method. With "auto" any solver may be named; its entry is for few
+elements, and `NEWTON` takes its place above the numbers below."""
 
 CONIC = {"normal": ("clarabel", "osqp"), "tangential": ("clarabel",)}
 """Solvers of the method "conic": of the QP and of the second-order-cone program."""
@@ -64,15 +64,18 @@ NEWTON_ABOVE = 140
 """Elements in contact above which "auto" solves the tangential problem by Newton's method without a
 matrix, below by TANG (docs/speed.md)."""
 NEWTON_ABOVE_NORMAL = 400
-"""The same for the normal problem, below by NORM."""
+"""Elements in contact above which "auto" solves the normal problem by Newton's method, below by
+NORM."""
 NEWTON_ABOVE_UNLIKE = 120
-"""The same for unlike bodies, whose pressure and tractions Newton's method finds together."""
+"""Elements in contact above which "auto" finds pressure and tractions of unlike bodies together by
+Newton's method."""
 MOST_BY_ACTIVE_SETS = 2000
 """Elements beyond which active sets take hours."""
 
 NEWTON = replace(PRESETS["auto"], normal="newton", tangential="newton")
 NEWTON_TRACTIONS = replace(NEWTON, normal="norm")
-"""What "auto" stands for with so many elements; and where the pressure has too few of them."""
+"""Presets in place of "auto" for many elements: Newton's method for both problems, or for tractions
+alone where the pressure has few elements."""
 
 
 def select(scene: Scene, methods: Methods = AUTO) -> Plan:
@@ -197,8 +200,8 @@ def _not_for_tractions(name: str, methods: list[str], why: str) -> SceneError:
 
 
 def _preset(scene: Scene, requested: Methods) -> Preset:
-    """The solvers that a method stands for; "auto" by what else is named and by the number of
-    elements in contact.
+    """Solvers for a method; for "auto" by the other names given and the number of elements in
+    contact.
     """
     if requested.method != "auto":
         return PRESETS[requested.method]
@@ -213,7 +216,7 @@ def _preset(scene: Scene, requested: Methods) -> Preset:
     if requested.coupling == "active-set":
         return PRESETS["active-set"]
     if scene.hardens and not scene.coupled:
-        return NEWTON_TRACTIONS  # others take many passes over the yield stress
+        return NEWTON_TRACTIONS  # other methods take many passes over the yield stress
     return _preset_by_size(scene, requested)
 
 
@@ -250,7 +253,7 @@ def _has_short_steps(motion: object, dx: float) -> bool:
 
 
 def why_not_hertz(scene: Scene) -> str:
-    """Why the pressure is not Hertz's; nothing where it is."""
+    """Reason why the pressure is not Hertz's; empty where it is."""
     rough = isinstance(scene.motion, Transient) and bool(scene.motion.heights)
     if rough or any(isinstance(each, SampledDistance | PinInHole) for each in scene.surfaces):
         return "is for paraboloids, ellipses and cylinders"
@@ -336,8 +339,8 @@ def _coupling(scene: Scene, requested: Methods, plan: Plan) -> tuple[str, str]:
 
 
 def _why_not_at_once(coupling: str, scene: Scene, requested: Methods, plan: Plan) -> str:
-    """Why "newton", "splitting" or "active-set" is not for pressure and tractions together; nothing
-    where it is.
+    """Reason why "newton", "splitting" or "active-set" cannot solve pressure and tractions
+    together; empty where it can.
     """
     if scene.no_slip:
         return "infinite friction has no traction bound that follows the pressure"
@@ -408,8 +411,8 @@ def _check_at_once(scene: Scene, requested: Methods, plan: Plan) -> None:
 
 
 def _check_edge(scene: Scene, plan: Plan) -> None:
-    """Refuse elements at the edge that count in part: this part is found before the tractions, from
-    distances all over the elements.
+    """Refuse edge elements that count in part where this part cannot be found before the tractions,
+    from distances all over the elements.
     """
     if scene.edge == "centres" or plan.closed_form:
         return

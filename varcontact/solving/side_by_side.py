@@ -1,4 +1,4 @@
-"""Contacts with any pressure: their tractions are solved for side by side."""
+"""Batched tractions of contacts with known pressures."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BATCHED = "side by side with other contacts, by newton"
 
 @one_blas_thread()
 def with_tractions_batched(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
-    """The contacts in their order, those that `_serves_batch` tells with the tractions of their
+    """Contacts in the given order; those that `_serves_batch` accepts have the tractions for their
     pressures.
     """
     batches: dict[str, list[int]] = {difference: [] for difference in DIFFERENCES}
@@ -44,7 +44,7 @@ def with_tractions_batched(contacts: Sequence[ContactOnGrid]) -> list[ContactOnG
 
 
 def _solve_batch(contacts: list[ContactOnGrid], difference: str) -> list[ContactOnGrid]:
-    """The contacts with tractions, where these converge."""
+    """Contacts with tractions, where Newton's method converges."""
     from scipy.ndimage import find_objects
 
     # the elements in contact of each
@@ -86,8 +86,8 @@ def _solve_batch(contacts: list[ContactOnGrid], difference: str) -> list[Contact
 
 
 def _serves_batch(contact: ContactOnGrid, motion: Steady) -> bool:
-    """True if like half-spaces roll steadily at given creepages, under coefficients, and few
-    elements touch.
+    """True for like half-spaces in steady rolling at given creepages, with coefficients of friction
+    and few elements.
     """
     disc = contact.disc
     plan = contact.solver.plan

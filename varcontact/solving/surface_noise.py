@@ -1,4 +1,4 @@
-"""Noise that rules the pressure of a sampled surface, and the smoothing that would help."""
+"""Noise that dominates the pressure of a sampled surface, and the smoothing that removes it."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from varcontact.scene.scene import Scene
 from varcontact.solving.contact_solver import ContactSolver
 
 SHORTEST = 4
-"""The shortest waves that elements resolve, in elements: pressure sees two a wave as noise."""
+"""Shortest wavelength that elements resolve, in elements: in the pressure, waves of two elements
+are noise."""
 SUSPECT = 0.03
-"""Pressure that the shortest waves would make on a flat surface, by the largest: less is not looked
-into."""
+"""Pressure of the shortest waves on a flat surface, divided by the largest pressure, below which
+noise is not examined."""
 RULES = 0.2
-"""Change of the largest pressure without the shortest waves that means that they rule it."""
+"""Relative change of the largest pressure without the shortest waves above which they dominate
+it."""
 SETTLED = 0.1
-"""Change of it, if the wavelength is doubled, by which it has settled."""
+"""Relative change of the largest pressure with doubled wavelength below which it has converged."""
 ABOVE = 4.0
-"""Distances are looked at up to so many times those within the contact: cliffs beside it are not
-smoothed."""
+"""Largest distance, divided by the largest within the contact, that is smoothed: cliffs beside it
+are cut off."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def noise_warning(
 
 
 def _suspect(disc: Discretisation, state: ContactState, shortest: float) -> bool:
-    """True if the pressure that the shortest waves take to be pressed flat is no small part."""
+    """True if the pressure needed to flatten the shortest waves is not small."""
     inside = (state.pressure > 0) & ~_beside_cliffs(disc, state, shortest)
     if not inside.any():
         return False
@@ -135,7 +137,7 @@ def _beside_cliffs(disc: Discretisation, state: ContactState, wavelength: float)
 def _pressure(
     disc: Discretisation, state: ContactState, solver: ContactSolver, wavelength: float
 ) -> _Pressure:
-    """The pressure without tractions on the surface without shorter waves."""
+    """Pressure without tractions on the surface without waves shorter than a wavelength."""
     from scipy.ndimage import label
 
     if wavelength > 0:
@@ -146,14 +148,16 @@ def _pressure(
 
 
 def _without(disc: Discretisation, state: ContactState, wavelength: float) -> np.ndarray:
-    """The undeformed distance without shorter waves, cut off where it is far above the contact."""
+    """Undeformed distance without waves shorter than a wavelength, cut off far above the
+    contact.
+    """
     return smoothed_field(
         np.minimum(disc.distance, _cut(disc, state)), disc.grid.x, disc.grid.y, wavelength
     )
 
 
 def _cut(disc: Discretisation, state: ContactState) -> float:
-    """The distance that is far above the contact."""
+    """Distance far above the contact at which it is cut off."""
     touching = disc.distance[state.pressure > 0]
     least = float(disc.distance.min())
     return least + ABOVE * (float(touching.max()) - least) + disc.scales.displacement

@@ -54,7 +54,7 @@ from varcontact.system.process import changed, lazy_property, need
 INTERPOLATED = {WEAKENING}
 """Quantities of a start that particles need not bring along to another grid."""
 RELAXATION_TIMES = 24.0
-"""Relaxation times after which tractions of the past count no longer."""
+"""Relaxation times after which past tractions are neglected."""
 
 
 LONG_STEP = 1.25
@@ -218,8 +218,8 @@ class TimeStepping:
             raise SceneError("motion.start", type(start.motion).__name__, allowed)
 
     def _check_interpolation(self, start: Solution) -> None:
-        """Refuse a start on another grid where it is not asked for, or particles' memory is on the
-        start's own grid.
+        """Refuse a start on another grid unless interpolation was requested, and if particles'
+        memory is on the start's own grid.
         """
         grid = self.disc.grid
         on_own_grid = not INTERPOLATED.issuperset(start.carried)
@@ -289,7 +289,7 @@ class TimeStepping:
         return scene, loaded
 
     def _previous_step(self, motion: TimeStep, before: Solution) -> PreviousStep | None:
-        """The step before as a step meets it; None where it left no tractions."""
+        """Previous step as the next one uses it; None where it left no tractions."""
         disc = self.disc
         fields = before.traction
         if disc.K != 0:
@@ -330,9 +330,7 @@ class TimeStepping:
     def _with_memory(
         self, previous: PreviousStep, motion: TimeStep, before: Solution
     ) -> PreviousStep:
-        """The step before, with the displacements of viscoelastic bodies by tractions of the
-        past.
-        """
+        """Previous step, with the displacements of viscoelastic bodies by past tractions."""
         disc = self.disc
         ahead = self.columns
         ny, nx = disc.grid.shape
@@ -367,8 +365,8 @@ class TimeStepping:
         )
 
     def _kept(self, motion: TimeStep, before: Solution) -> np.ndarray:
-        """Tractions of the past (relaxations, 3, ..., ...) that particles remember after a step,
-        where they were.
+        """Past tractions (relaxations, 3, ..., ...) that particles remember after a step, at their
+        places then.
         """
         assert before.memory is not None
         weights = [relaxed((motion.dt or 0.0) / each.length) for each in self.lagging]
@@ -391,7 +389,7 @@ class TimeStepping:
         return np.pad(fields, ((0, 0), rows, (self.columns, self.columns)))
 
     def _keeps_pressure(self, scene: Scene, before: Solution) -> bool:
-        """True where the normal problem is that of the step before: of like bodies, under the same
+        """True where the normal problem is that of the previous step: like bodies under the same
         load.
         """
         was = before.scene
@@ -438,7 +436,7 @@ class TimeStepping:
 def _without_contact(
     scene: Scene, disc: Discretisation, solver: ContactSolver, cells: Cells
 ) -> Solution:
-    """A step at which the bodies are apart."""
+    """Solution of a step at which the bodies are apart."""
     motion = scene.motion
     size = math.hypot(motion.Fx or 0.0, motion.Fy or 0.0)
     if size > 0:

@@ -1,4 +1,6 @@
-"""Scenes solved one after the other: each uses what the ones before have made."""
+"""Scenes solved one after the other, each reusing the operators and the solution of earlier
+ones.
+"""
 
 from __future__ import annotations
 
@@ -90,8 +92,8 @@ def solve_in_turn(
 
 
 def _same_pressure(scene: Scene, plan: Plan, last: _Last) -> bool:
-    """True if scenes differ in creepages or forces only, and tractions leave the pressure as it is;
-    arrays are the same if they are one object.
+    """True if scenes differ in creepages or forces only, and tractions do not change the pressure;
+    arrays are compared by identity.
     """
     if plan != last.plan or plan.coupling != "none":
         return False

@@ -190,7 +190,7 @@ def _finished(
 
 
 def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) -> Scene:
-    """A scene on its own grid, or on that of an accuracy or a time; by default 1 %."""
+    """Scene on its own grid, or on one for an accuracy or a time; by default for 1 %."""
     by_default = accuracy is time_budget is None
     if isinstance(scene.grid, Grid) and by_default:
         return scene
@@ -314,7 +314,7 @@ class Comparison(pd.DataFrame):  # type: ignore[misc]
         return Comparison
 
     def _repr_html_(self) -> str:
-        """As `summary` prints it; pandas' own where columns are missing."""
+        """HTML of the `summary`; pandas' own if columns are missing."""
         if {"scene", *(name for name, _ in SHOWN.values())} <= set(self.columns):
             return preformatted(summary(self))
         frame: str = super()._repr_html_()

@@ -17,12 +17,12 @@ DIGITS = 4
 ROUNDED = 1.01
 """Largest difference in units of the last digit: its rounding, and its solvers' tolerance."""
 SMALLEST_FORCE = 2e-5
-"""Forces by the normal force that count as none."""
+"""Forces, divided by the normal force, below which they count as zero."""
 SMALLEST_CREEPAGE = 1e-8
 STRESS_UNIT = 1.01e-3
-"""Of the last decimal of extremes of stresses [N/mm^2]."""
+"""Largest difference of extremes of stresses, by rounding of the last decimal [N/mm^2]."""
 WHEEL_TOL = 1e-3
-"""Of forces of a wheel on a rail, by the normal force."""
+"""Largest difference of forces of a wheel on a rail, relative to the normal force."""
 EQUAL = "equal"
 DIFFERENT = "differs"
 NOT_RUN = "not run"
@@ -42,12 +42,12 @@ COLUMNS = (
 KNOWN = {
     "MAX(T1,T2)": "CONTACT counts the heat of an element twice in its own temperature",
 }
-"""Published numbers that are known to be off, with the reason."""
+"""Published numbers that are known to be wrong, with the reason."""
 
 
 @dataclass(frozen=True)
 class Compared:
-    """One quantity of a case, or the reason why the case has none."""
+    """Comparison of one quantity of a case, or the reason why the case has none."""
 
     case: int
     patch: int
@@ -57,20 +57,20 @@ class Compared:
     verdict: str
     note: str = ""
     refined: float = math.nan
-    """Ours on elements of half the sides, where theirs and ours differ."""
+    """Value here on elements of half the sides, for quantities that differ from CONTACT's."""
 
     @property
     def difference(self) -> float:
-        """Ours less theirs."""
+        """Value here minus CONTACT's."""
         return self.ours - self.theirs
 
     def row(self) -> dict[str, Any]:
-        """As a row of the table."""
+        """Row of the table."""
         return {name: getattr(self, name) for name in COLUMNS}
 
 
 def unit_of_last_digit(value: float) -> float:
-    """Of a printed number; 0 of zero."""
+    """Unit of the last digit of a printed number; 0 for zero."""
     if value == 0 or not math.isfinite(value):
         return 0.0
     return float(10.0 ** (math.floor(math.log10(abs(value))) - DIGITS + 1))
@@ -96,7 +96,9 @@ def compared(
     output: ContactOutput | None,
     note: str = "",
 ) -> list[Compared]:
-    """The quantities of a case that both have: of a basic contact, or of the patches of a wheel."""
+    """Quantities of a case that both programs have: of a basic contact, or of the patches of a
+    wheel.
+    """
     if output is not None and output.side is not None:
         return _compared_wheel(case, patches, output)
     if output is None or not output.patches:
@@ -194,14 +196,14 @@ def with_refined(
 
 
 def table_of(rows: Sequence[Compared]) -> pd.DataFrame:
-    """All rows as a table."""
+    """Table of all rows."""
     import pandas as pd
 
     return pd.DataFrame([each.row() for each in rows], columns=list(COLUMNS))
 
 
 def by_case(rows: Sequence[Compared]) -> Iterator[tuple[int, str, str]]:
-    """Each case with its verdict and reason: equal if all that it prints is."""
+    """Verdict and reason by case: equal if everything that it prints is."""
     cases: dict[int, list[Compared]] = {}
     for row in rows:
         cases.setdefault(row.case, []).append(row)
@@ -222,7 +224,7 @@ def summary_of(rows: Sequence[Compared]) -> dict[str, int]:
 
 
 def report(rows: Sequence[Compared]) -> str:
-    """The table in words: every quantity that is compared, and the number of cases by verdict."""
+    """Report: every quantity that is compared, and the number of cases by verdict."""
     head = f"{'case':>5} {'patch':>5} {'quantity':<12}"
     lines = [f"{head} {'theirs':>12} {'ours':>12} {'difference':>11}"]
     for row in rows:

@@ -53,7 +53,7 @@ class CaseRun:
 
 
 def run_cases(cases: Iterable[ContactCase]) -> Iterator[CaseRun]:
-    """Solve cases in their order; one that goes on from another begins with its tractions."""
+    """Solve cases in order; a case that continues another starts from its tractions."""
     solved: dict[int, CaseRun] = {}
     for case in cases:
         run = _run(case, solved)
@@ -84,8 +84,8 @@ def _run(case: ContactCase, solved: dict[int, CaseRun]) -> CaseRun:
 
 
 def refined(case: ContactCase) -> ContactCase | None:
-    """The case on elements of half the sides; None of one that goes on from another, or has values
-    by element.
+    """Case on elements of half the sides; None for one that continues another, or has values by
+    element.
     """
     scene = case.scene
     if scene is None or case.before is not None or isinstance(scene.motion, Transient):
@@ -163,7 +163,7 @@ def _solved(scene: Scene, methods: dict[str, Any]) -> Solution:
 
 
 def _continued(scene: Scene, start: Solution) -> Scene:
-    """The step that goes on from a solution, also on other elements of the same sides."""
+    """Step that continues a solution, also on other elements of the same sides."""
     motion = scene.motion
     assert isinstance(motion, Transient)
     return replace(scene, motion=replace(motion, start=start, interpolate=True))
@@ -188,7 +188,7 @@ def _with_forces(case: ContactCase, scene: Scene) -> Scene:
 
 
 def _sign(case: ContactCase) -> float:
-    """Of what changes its sign with x."""
+    """Sign of quantities that change sign with x: -1 in a mirrored case."""
     if case.mirrored:
         return -1.0
     return 1.0

@@ -18,7 +18,7 @@ COUNTED = (comparison.EQUAL, comparison.DIFFERENT, comparison.NOT_RUN, compariso
 
 @dataclass(frozen=True)
 class FileCompared:
-    """One file: the rows of its cases, and seconds of its log and here."""
+    """Results for one file: rows of its cases, and times by its log and here [s]."""
 
     name: str
     rows: Sequence[Compared]
@@ -40,7 +40,7 @@ class FileCompared:
         return found
 
     def summary(self) -> dict[str, Any]:
-        """As a row of JSON."""
+        """Row of JSON."""
         reasons = self.reasons(comparison.DIFFERENT, comparison.NOT_RUN)
         different = [
             {name: value for name, value in row.row().items() if value == value}
@@ -58,7 +58,7 @@ class FileCompared:
 
 
 def report_of(files: Sequence[FileCompared]) -> str:
-    """The files in words."""
+    """Report on the files."""
     head = f"{'file':<26} {'equal':>6} {'differ':>6} {'not run':>7}"
     lines = [f"{head} {'seconds: theirs':>15} {'ours':>7}"]
     for each in files:
@@ -105,7 +105,7 @@ def tenths(seconds: float | None) -> str:
 
 
 def _numbers(counts: dict[str, int]) -> str:
-    """All cases, and those by verdict, as cells; no number where there are none."""
+    """Numbers of all cases, and by verdict, as table cells; empty for zero."""
     cells = [str(sum(counts.values()))]
     cells += [str(counts[verdict] or "") for verdict in COUNTED[:3]]
     return " | ".join(cells)

@@ -45,7 +45,7 @@ TANGENTIAL = (
 )
 """Columns for scenes with a motion alone."""
 MOST_OFFSETS = 1000
-"""Offsets of one grid: their mean has no noise left that matters."""
+"""Largest number of offsets of one grid: their mean has no significant noise left."""
 
 
 @checks.named_options()
@@ -138,7 +138,7 @@ def converge(
     study = partial(
         Convergence.of, cells=numbers, methods=[each.name for each in methods], offsets=offsets
     )
-    imported("pandas")  # now: after Ctrl-C it would be waited for
+    imported("pandas")  # imported now: after Ctrl-C the import would have to be waited for
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier study of convergence") as table:
         if any(row["identity"] != key for row in table.rows):
             raise of_another(store, "holds a study of another scene or tol")

@@ -1,4 +1,4 @@
-"""The result of a study of convergence: its tables, and what is printed of them."""
+"""Result of a convergence study: its tables and its report."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ QUANTITIES = (
     "normal_force", "Fx", "Fy", "Mz", "vx", "vy", "approach", "contact_area", "stick_area",
     "slip_area", "pressure_norm", "traction_norm"
 )  # fmt: skip
-"""What is extrapolated. The norms are roots of the integrals of squares; of a shift vx and vy are
-ux and uy."""
+"""Quantities that are extrapolated. The norms are roots of the integrals of squares; in a shift vx
+and vy are ux and uy."""
 STAIRCASE = ("staircase", "staircase_x", "staircase_y", "staircase_xx", "staircase_yy")
 COLUMNS = (
     "method", "cells", "offset", "outcome", "reason", *QUANTITIES, "spin", "elements", "residual",
     *BOUNDS, "iterations", "seconds", "memory", *STAIRCASE, "identity"
 )  # fmt: skip
-"""What the table of solves says of each."""
+"""Columns of the table of solves."""
 WORDS = ("method", "outcome", "reason", "identity")
 
 
@@ -71,9 +71,7 @@ class Convergence(Reported):
     def of(
         cls, rows: list[dict[str, Any]], cells: Sequence[int], methods: Sequence[str], offsets: int
     ) -> Convergence:
-        """From the rows of a table, of which only those of these grids, methods and offsets are
-        taken.
-        """
+        """Convergence from the rows of a table that belong to these grids, methods and offsets."""
         import pandas as pd
 
         chosen = [

@@ -36,7 +36,7 @@ def identity(scene: Scene, tol: float) -> str:
 
 @dataclass
 class Table:
-    """The rows of a study, with the file they are kept in, if any. It is written anew whenever rows
+    """Rows of a study, and the file that they are kept in, if any; it is rewritten whenever rows
     are added.
     """
 
@@ -57,7 +57,7 @@ class Table:
         if store is None:
             yield cls(None, columns)
             return
-        imported("pandas")  # now: after Ctrl-C it would be waited for
+        imported("pandas")  # imported now: after Ctrl-C the import would have to be waited for
         path = checks.file_name("store", store)
         check_writable("store", path, (".csv",))
         with only_writer("store", path):

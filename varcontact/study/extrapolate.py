@@ -28,7 +28,7 @@ TERMS: tuple[tuple[float, ...], ...] = (
 )
 """Orders of the terms of long series."""
 LEAST_FREEDOM = 4
-"""Degrees of freedom that must be left for known parts of the noise to be fitted."""
+"""Least degrees of freedom left for a fit of known parts of the noise."""
 
 
 @dataclass(frozen=True)

@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 REFUSED = 10.0
-"""Residual, relative to the largest force, of parameters that a scene refuses: no step ends
+"""Residual, relative to the largest force, for parameters that a scene refuses: no step ends
 there."""
 DIFFERENCE = 1e-3
 """Relative step of the derivatives by the parameters: forces are smooth to 1e-8, with kinks where
 areas change."""
 BESIDE = 0.01
-"""Distance from a bound, by the range, within which a parameter may stand on it: the search stays
-inside."""
+"""Distance from a bound, divided by the range, within which a parameter counts as on it: the search
+stays inside."""
 EFFECT_MIN = 1e-8
 """Least effect of a combination of parameters on the forces, relative to the greatest."""
 

@@ -49,7 +49,7 @@ class Method:
 
     @classmethod
     def named(cls, text: str | Methods) -> Method:
-        """From a name, ``[normal|]tangential[/formulation][+polish]``, or from the methods."""
+        """Method from a name, ``[normal|]tangential[/formulation][+polish]``, or from `Methods`."""
         if isinstance(text, Methods):
             return cls(str(text), text)
         if callable(text):
@@ -117,7 +117,9 @@ def _pair(text: str) -> tuple[str, str]:
 
 
 def _is_solver(kind: Kind, name: str) -> bool:
-    """True for a solver of one kind of problem, installed or not; what is not is listed later."""
+    """True for a solver of one kind of problem, installed or not; missing packages are reported
+    later.
+    """
     spec = solver_spec(kind, solver_name(kind, name))
     return spec is not None and not spec.intervals_only
 

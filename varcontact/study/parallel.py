@@ -29,15 +29,17 @@ CHUNK = 8
 """Scenes that a worker solves one after the other."""
 MOST_WORKERS = 1024
 START = "forkserver" if sys.platform == "linux" else "spawn"
-"""How processes are started. Elsewhere there is no fork server, or the system's libraries break in
-forks (macOS)."""
+"""Start method of processes. Other systems than Linux have no fork server, or their libraries break
+in forks (macOS)."""
 PRELOAD = ["psutil", "scipy.fft", "scipy.linalg", "scipy.special", "varcontact.study.sweep"]
 """Modules that the fork server imports, once for all processes."""
 
 
 @dataclass(frozen=True)
 class Execution:
-    """Where tasks are done, as for `sweep`, and the function that is called with their names."""
+    """Executor and number of workers for tasks, as for `sweep`, and the function called with their
+    names.
+    """
 
     executor: Executor | None
     workers: int
@@ -73,7 +75,7 @@ def results(
             progress(names[future])
             yield names.pop(future), result
     finally:
-        if not isinstance(executor, _Processes):  # those end at once, with what they have
+        if not isinstance(executor, _Processes):  # these pools end at once, with their tasks
             for future in names:
                 future.cancel()
 
@@ -85,7 +87,7 @@ def _lost_workers() -> Iterator[None]:
         yield
     except VarcontactError:
         raise
-    except Exception as error:  # executors of other packages raise what they like
+    except Exception as error:  # executors of other packages may raise anything
         words = f"{type(error).__name__}: {error}".strip(": ").splitlines()[0]
         raise WorkersLost(f"the executor gives no result ({words})") from error
 
@@ -150,7 +152,7 @@ class _Processes(ProcessPoolExecutor):
 
 
 def _start_worker(watched: Connection) -> None:
-    """In a new worker: leave Ctrl-C to the parent, and end with it."""
+    """Initialise a worker: Ctrl-C is left to the parent, with which the worker ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(watched,), daemon=True).start()
 

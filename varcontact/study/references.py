@@ -26,7 +26,7 @@ VERSION = 1
 COMMAND = "python -m tests.benchmarks.references"
 FILE = "references.json"
 OWN_ACCURACY = 1e-3
-"""Accuracy of the values of a scene of one's own."""
+"""Accuracy of the reference values of users' own scenes."""
 STEPS = (0, 5, 11)
 """The steps of histories whose values are kept."""
 

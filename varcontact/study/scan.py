@@ -308,7 +308,9 @@ def _curves(scene: Scene, names: list[Any], triples: np.ndarray, forces: np.ndar
 
 
 def _coulomb_limit(scene: Scene) -> float:
-    """f Fz of Coulomb's friction; NaN without a single coefficient, or an infinite one."""
+    """Friction force f Fz by Coulomb's law; NaN without a single coefficient, if it is infinite, or
+    without a known force.
+    """
     force = scene.normal_force
     if scene.hertz is not None:
         force = scene.hertz.force

@@ -236,7 +236,7 @@ def sweep(
     path = None if store is None else checks.file_name("store", store)
     with ExitStack() as held:
         pool = held.enter_context(opened(executor, workers))
-        imported("xarray")  # now: after Ctrl-C it would be waited for
+        imported("xarray")  # imported now: after Ctrl-C the import would have to be waited for
         coordinates, described = _described(varied, every, {**settings, "chunk": chunk})
         records = blank(len(every), record_type(settings, coordinates))
         put = None
@@ -355,7 +355,7 @@ def _solve_chunk(options: dict[str, Any], dtype: np.dtype, scenes: Sequence[Scen
             solution, solved_as = _solve_in_turn(options, series, scenes[k])
             _enter(records, k, figures(solution))
             records["outcome"][k] = solved_as
-        except Exception as error:  # a sweep of days does not end with one scene
+        except Exception as error:  # a sweep of days does not end with the error of one scene
             _enter_failure(records, k, error)
     return records
 
@@ -402,7 +402,7 @@ def _enter_failure(records: np.ndarray, k: int, error: Exception) -> None:
     if isinstance(error, VarcontactError):
         records["outcome"][k] = failure(error)
         reason = str(error)
-    # cut to the column, between letters
+    # cut to the column, between characters
     cut = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")
     records["reason"][k] = cut.encode()
 
@@ -410,8 +410,8 @@ def _enter_failure(records: np.ndarray, k: int, error: Exception) -> None:
 def _described(
     varied: dict[str, list[Any]], scenes: list[Scene], settings: dict[str, Any]
 ) -> tuple[xr.Coordinates, dict[str, Any]]:
-    """The coordinates; and what tells one sweep from others, with the units that all scenes have in
-    common.
+    """Coordinates; and the settings that distinguish a sweep from others, with the units that all
+    scenes have in common.
     """
     import xarray as xr
 

@@ -49,9 +49,9 @@ COLUMNS = (
 )  # fmt: skip
 WORDS = ("scene", "kind", "way", "family", "outcome", "reason", "identity")
 TARGETS = (0.1, 0.03, 0.01, 0.003, 0.001)
-"""Errors for which ways are advised."""
+"""Errors for which methods are recommended."""
 MOST_MISSED = 0.2
-"""Fraction of the scenes of a class that a way on its front may leave unanswered."""
+"""Fraction of the scenes of a class that a method on its front may leave without an answer."""
 SECOND_ORDER = (("slip_difference", "second-order"), ("spin_offset", None))
 REPEATED = 3
 """Scenes of each class on which a repeat is measured."""
@@ -167,7 +167,7 @@ def tradeoff(
     numbers = checks.wholes("cells", cells, least=2)
     ways = default_ways() if methods is None else _ways(methods, numbers)
     execution = Execution(executor, workers, checks.progress(progress))
-    imported("pandas")  # now: after Ctrl-C it would be waited for
+    imported("pandas")  # imported now: after Ctrl-C the import would have to be waited for
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier tradeoff") as table:
         measured = {(row["scene"], row["way"], row["identity"]) for row in table.rows}
         of_kind: Counter[str] = Counter()
@@ -264,8 +264,8 @@ def _costs(reference: ContinuumValues, way: Way, number: int) -> dict[str, Any]:
 
 
 def _repeat_seconds(scene: Scene, way: Way) -> float:
-    """Processor seconds of a second scene with what the first has made; NaN where that cannot be
-    separated.
+    """Processor seconds of a second solve that reuses what the first has made; NaN where it cannot
+    be separated.
     """
     options = dict(way.options)
     if (
@@ -313,7 +313,7 @@ class Tradeoff(Reported):
 
     @classmethod
     def of(cls, rows: list[dict[str, Any]], scenes: Iterable[str], ways: Iterable[Way]) -> Tradeoff:
-        """From the rows of a table, of which only those of these scenes and ways are taken."""
+        """Tradeoff from the rows of a table that belong to these scenes and ways."""
         import pandas as pd
 
         names = set(scenes)

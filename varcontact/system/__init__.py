@@ -1,3 +1,1 @@
-"""The machine: memory that is left, threads that are taken, locks, signals, and files that may be
-damaged.
-"""
+"""The machine: free memory, threads, locks, signals, and files that may be damaged."""

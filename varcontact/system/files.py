@@ -1,5 +1,4 @@
-"""Files written safely: whole or not at all, by one writer at a time, and never
-over what is somebody else's.
+"""Files written safely: atomically, by one process at a time, and never over files of others.
 
 - Only regular files are written. A symbolic link stays, and the file that it names is written.
 - A file that is there already is replaced only if it holds what varcontact wrote, of the same kind:
@@ -31,7 +30,7 @@ its place."""
 
 
 def check_ending(field: str, path: Path, *endings: str) -> None:
-    """Refuse a name that promises another format than can be written."""
+    """Refuse a file name whose ending is that of another format."""
     if path.suffix.lower() not in endings:
         raise OutputError(field, path, f"the name must end in {', '.join(endings)}")
 
@@ -43,20 +42,18 @@ def reading(
     field: str = "path",
     errors: type[Exception] | tuple[Any, ...] = Exception,
 ) -> Iterator[None]:
-    """Whatever the contents of a file make of the code that reads them becomes an error that names
-    the file.
-    """
+    """Context in which errors of code that reads a file become an `OutputError` that names it."""
     try:
         yield
     except OutputError:
         raise
-    except errors as error:  # HDF5, netCDF and JSON raise what they like where bytes were changed
+    except errors as error:  # HDF5, netCDF and JSON may raise anything for damaged bytes
         raise OutputError(field, path, f"{wrong} ({first_line(error)})") from error
 
 
 def writing(field: str, path: Path) -> AbstractContextManager[None]:
-    """Why a file cannot be written (links in a ring, a null character in its name) becomes an error
-    that names it.
+    """Context in which failures to write a file (circular links, a null character in its name)
+    become an `OutputError` that names it.
     """
     return reading(path, "cannot be written", field, (OSError, RuntimeError, ValueError))
 
@@ -92,8 +89,8 @@ def check_replaceable(
     overwrite: bool,
     inputs: Iterable[Path] = (),
 ) -> None:
-    """The same, and refuse a file that does not begin as `ours`, a regular expression, unless it
-    may be lost.
+    """Check that a file may be written, and refuse one that does not begin as `ours`, a regular
+    expression, unless it may be overwritten.
     """
     check_writable(field, path, endings, inputs)
     overwrite = checks.flag("overwrite", overwrite)
@@ -117,7 +114,8 @@ def begins_with(path: Path, head: bytes) -> bool:
 
 @contextmanager
 def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]:
-    """Be the only one to write a file while a block runs; others are waited for so many seconds.
+    """Context in which this process is the only one to write a file; waits some seconds for
+    another.
 
     The lock is on a file of its own, `beside` the other one, which may itself be replaced
     meanwhile.
@@ -146,7 +144,7 @@ def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]
             lock.write_text(name, encoding="utf-8")
         yield
     finally:
-        # removed while it is held: who opened it before finds it to be of no name
+        # removed while locked: a process that opened it before finds that it has no name
         if sys.platform != "win32":
             lock.unlink(missing_ok=True)
         kernel.release()
@@ -177,13 +175,13 @@ def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
 
 
 def write_whole(field: str, path: Path, content: bytes) -> None:
-    """Write a file at once, whole or not at all."""
+    """Write a file atomically."""
     with only_writer(field, path, PATIENCE), replacing(field, path) as file:
         file.write(content)
 
 
 def _is_there(field: str, path: Path) -> bool:
-    """Whether a file is there; anything but a regular one is refused."""
+    """True if a file exists; OutputError for a folder, a device or a pipe."""
     if path.is_dir():
         raise OutputError(field, path, "is a folder")
     if not regular(path):
@@ -203,14 +201,14 @@ SCENE_BYTES = 2**24
 
 
 def first_line(error: Exception) -> str:
-    """What the system says of an error, or the first line of what it says itself; its name where
-    that is nothing.
+    """Message of an error: the system's text, else the first line of its own, else its class
+    name.
     """
     return getattr(error, "strerror", None) or str(error).split("\n")[0] or type(error).__name__
 
 
 def regular(path: Path) -> bool:
-    """Whether there is no device or pipe at `path`, which may never end, or never begin."""
+    """False for a device or a pipe at `path`: reading may never end, or never begin."""
     return not path.exists() or path.is_file() or path.is_dir()
 
 

@@ -1,4 +1,4 @@
-"""What this process may use of the machine: memory, one BLAS thread, and the time until Ctrl-C.
+"""Resources that this process may use: memory, one BLAS thread, and the time until Ctrl-C.
 
 `need` refuses work before it starts where memory is too little. Active sets
 make many products and factors of some hundred rows: wherever processes share
@@ -31,19 +31,19 @@ from typing import Any, Generic, Self, TypeVar, overload
 from varcontact.errors import TooLarge
 
 SMALLER = "a grid with fewer elements would fit"
-"""What would fit, where it is the grid that takes the memory."""
+"""Remedy named in messages where the grid takes the memory."""
 LITTLE = 2.0**24
-"""Bytes that are there in any case: to ask takes half a millisecond, a part of a small solve that
-would be seen."""
+"""Bytes that are assumed to be free: a query takes half a millisecond, a noticeable part of a small
+solve."""
 VARIABLES = (
     "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS",
     "VECLIB_MAXIMUM_THREADS"
 )  # fmt: skip
-"""Where one of these is set, its number of threads stays."""
+"""Environment variables for the number of threads: if one of them is set, it stays."""
 Result = TypeVar("Result")
 Value = TypeVar("Value")
 LONGEST = 0.005
-"""Seconds for which a solver that takes SIGINT for itself has it."""
+"""Time for which a solver that handles SIGINT itself keeps it [s]."""
 MANY = 1000
 """Rows of a matrix whose factors take longer (0.05 s) than it takes to start a thread (0.1 ms)."""
 
@@ -57,7 +57,7 @@ def available() -> float:
     import psutil
 
     left = min(float(psutil.virtual_memory().available), left_by_control_groups())
-    with contextlib.suppress(ImportError):  # there is none on Windows
+    with contextlib.suppress(ImportError):  # not available on Windows
         import resource
 
         most, _ = resource.getrlimit(resource.RLIMIT_AS)
@@ -74,7 +74,7 @@ def left_by_control_groups(root: Path = Path("/")) -> float:
     for line in _lines(root / "proc/self/cgroup"):
         number, _, name = line.split(":", 2)
         group = Path(name.lstrip("/"))
-        for folder in (group, *group.parents) if number == "0" else ():  # of version 2
+        for folder in (group, *group.parents) if number == "0" else ():  # version 2
             place = root / "sys/fs/cgroup" / folder
             most = _lines(place / "memory.max")
             taken = _lines(place / "memory.current")
@@ -95,12 +95,12 @@ def _lines(path: Path) -> list[str]:
 
 
 def fits(size: float) -> bool:
-    """True where so many bytes are there."""
+    """True where so many bytes are free."""
     return size < LITTLE or size <= available()
 
 
 def need(what: str, size: float, fits: str) -> None:
-    """Raise `TooLarge` if `size` bytes are not there."""
+    """Raise `TooLarge` if `size` bytes are not free."""
     if size >= LITTLE and size > (there := available()):
         raise TooLarge(what, size, there, fits)
 
@@ -130,7 +130,7 @@ class _Limit(contextlib.ContextDecorator):
 
 
 _LIMIT = _Limit()
-# a child forked while another thread holds the lock would wait for it for ever
+# a child forked while another thread holds the lock would wait for ever
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(
         before=_LIMIT.lock.acquire,
@@ -228,15 +228,15 @@ def _libraries() -> Any:
 
 
 def interruptible(work: Callable[[], Result], rows: int = MANY) -> Result:
-    """What `work` returns or raises; Ctrl-C does not wait for it."""
+    """Result or error of `work`; Ctrl-C does not wait for it."""
     if rows < MANY or threading.current_thread() is not threading.main_thread():
         return work()
     return within(work, math.inf)
 
 
 def within(work: Callable[[], Result], deadline: float) -> Result:
-    """What `work` returns or raises in a thread beside; `TimeoutError` past a deadline, by
-    `time.perf_counter` [s]: it is then left alone.
+    """Result or error of `work` in a separate thread; `TimeoutError` past a deadline, by
+    `time.perf_counter` [s]: the thread is then left alone.
     """
     found: Future[Result] = Future()
 
@@ -259,7 +259,7 @@ def within(work: Callable[[], Result], deadline: float) -> Result:
 
 
 def _take_back_sigint() -> None:
-    """Python's handler of Ctrl-C in place of that of a solver."""
+    """Restore Python's handler of Ctrl-C, in place of a solver's."""
     handler = signal.getsignal(signal.SIGINT)
     if handler is not None:
         signal.signal(signal.SIGINT, handler)

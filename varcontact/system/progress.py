@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 Progress = Callable[[str], None] | bool | None
-"""What users give: a function of one string, or true for a line that is shown."""
+"""Progress as users give it: a function of one string, or True for a line on the screen."""
 
 ASK_FOR_TERMINAL = "FORCE_COLOR", "TTY_COMPATIBLE"
 """Variables of the environment by which rich takes a stream for a terminal."""

@@ -185,7 +185,7 @@ def creep_forces(
 
 
 def formula_of(theory: str, options: dict[str, Any]) -> Callable[..., Forces]:
-    """The formula of a theory, which has these options; else they are refused."""
+    """Formula of a theory, after a check of its options."""
     formula = VECTORISED[checks.choice("theory", theory, VECTORISED)]
     names = OPTIONS.get(theory, ())
     for name, value in options.items():
@@ -199,7 +199,7 @@ def formula_of(theory: str, options: dict[str, Any]) -> Callable[..., Forces]:
 
 
 def elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
-    """Combined G and nu, checked: of bodies, or as they are."""
+    """Combined G and nu, checked: of bodies, or as given."""
     if bodies is None:
         if G is None or nu is None:
             raise SceneError("G, nu", (G, nu), message="give bodies, or both G and nu")

@@ -491,7 +491,7 @@ def _arriving(before: np.ndarray, ahead: np.ndarray, dq: float, dx: float) -> np
 class _Points:
     """Points in order of travel, and their bounds, which under a law are the pressures."""
 
-    x: np.ndarray  # (ny, k), or (k,) where all rows have the same
+    x: np.ndarray  # (ny, k), or (k,) if it is the same for all rows
     y: np.ndarray  # (ny,)
     interval: np.ndarray  # ahead of each point (ny, k)
     bound: np.ndarray  # (ny, k)
@@ -549,7 +549,9 @@ def _march(build_up: np.ndarray, bound: np.ndarray) -> tuple[np.ndarray, np.ndar
 def _march_under_law(
     build_up: np.ndarray, pressure: np.ndarray, stiffness: np.ndarray, law: Law, start: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same under a law, by which a particle that slips goes on slipping where it can."""
+    """Tractions (k, 2, ny) without slip in the last interval, and with it, under a friction law: a
+    particle that slips goes on slipping where it can.
+    """
     free = np.empty_like(build_up)
     traction = np.empty_like(build_up)
     present = np.zeros(build_up.shape[1:])

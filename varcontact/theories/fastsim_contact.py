@@ -50,14 +50,14 @@ LONG = (
 )
 """C11, C22 and C23 of Table E.3 at nu = 0, 1/4 and 1/2, for a/b of .1 to 1, and b/a of .1 to 1."""
 SLENDER = 0.101
-"""Ratio of semi-axes below which asymptotes take the place of the table."""
+"""Ratio of semi-axes below which asymptotes replace the table."""
 BLENDED = 3.0
-"""Creepage, by the characteristic one, from which one flexibility is left."""
+"""Creepage, divided by the characteristic one, above which a single flexibility is used."""
 
 
 @dataclass(frozen=True)
 class SimplifiedTheory:
-    """How CONTACT's simplified theory is asked for: the digits B and M, and their parameters."""
+    """Parameters of CONTACT's simplified theory, with its digits B and M."""
 
     elliptic: bool | None
     """Hertz's pressure, a parabolic one; None: that of half-spaces, which is solved for."""
@@ -102,7 +102,9 @@ def printed_coefficients(ratio: float, nu: float) -> np.ndarray:
 
 
 def _asymptotes(g: float, nu: float, wide: bool) -> tuple[float, float, float]:
-    """Of slender contacts, g = a/b if wide, else b/a."""
+    """Creepage coefficients C11, C22, C23 of slender contacts (asymptotes), g = a/b if wide, else
+    b/a.
+    """
     if wide:
         C23 = math.pi * math.sqrt(g) / (3 * (1 - nu)) * (1 + nu * (math.log(16 / g) - 5))
         return math.pi**2 / (4 * (1 - nu)), math.pi**2 / 4, C23
@@ -212,7 +214,7 @@ class _March:
         return start * (rest + (1 - rest) / (1 + decay * gradient))
 
     def _equivalent_ellipse(self) -> tuple[float, float]:
-        """Of the same area, and the ratio of length and width."""
+        """Semi-axes of the ellipse with the same area and the same ratio of length to width."""
         touching = self.pressure > 0
         dx, dy = self.grid.sides
         length = dx * (1 + np.ptp(np.flatnonzero(touching.any(axis=0))))

@@ -14,7 +14,7 @@ from varcontact.theories.fastsim import fastsim
 from varcontact.theories.linear import creepage_or_force
 
 FARTHEST = 1e12
-"""Farthest creepage looked for, in units of the one where friction is used up without spin."""
+"""Largest creepage tried, in units of the creepage at which friction saturates without spin."""
 HYBRID = {"maxfev": 60}
 """Options of Powell's hybrid method: most evaluations of the forces."""
 
@@ -165,7 +165,8 @@ def _both_at_once(
 
 
 def _root(excess: Callable[[float], float], unit: float) -> float:
-    """Where a function that falls from positive to negative is 0; it starts from ``[-unit, unit]``.
+    """Root of a function that falls from positive to negative, sought from ``[-unit, unit]``
+    outwards.
 
     Forces fall with their creepages from one limit of friction to the other, so that there is a
     root whatever the spin. One direction inside the other is slower than Newton's method in both,

@@ -106,7 +106,7 @@ def checked_contact(
 
 
 def coefficients_of(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
-    """Those of a ratio of axes, times a slope."""
+    """Creepage coefficients of a ratio of axes, multiplied by a slope."""
     table = no_slip_coefficients(ratio, nu)
     if isinstance(slope, float) and slope == 1:
         return table

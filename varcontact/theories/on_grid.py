@@ -38,8 +38,8 @@ from varcontact.theories.vermeulen_johnson import (
 )
 
 Theory = Callable[[Discretisation, ContactState], ContactState]
-"""From the state with a pressure, dimensionless as the discretisation has it, to that with
-tractions and slip area."""
+"""Function from the state with a pressure, dimensionless as in the discretisation, to the state
+with tractions and slip area."""
 MAX_CORRECTIONS = 100
 """Most corrections of the tractions by which they carry the table book's forces."""
 RESULTANT_TOL = 1e-12
@@ -50,7 +50,7 @@ DIRECT_ELEMENTS = 200
 """Elements up to which tractions that stick everywhere are found by the dense matrix: beyond, it
 takes longer than products (`python -m tests.benchmarks speed small_work`)."""
 GRADIENT_MAX = 1e9
-"""Gradient of Polach's formula that stands for full slip."""
+"""Gradient of Polach's formula that counts as full slip."""
 
 
 def why_not(name: str, scene: Scene) -> str:
@@ -225,7 +225,7 @@ def _linear(disc: Discretisation, state: ContactState) -> ContactState:
 
 
 def _sticking(problem: TangentialProblem, directly: bool) -> RawSolution:
-    """Tractions that stick everywhere, by the dense matrix or without it."""
+    """Tractions in full stick, by the dense matrix or without it."""
     if not directly:
         from varcontact.solvers.newton.tangential import newton_tangential
 
@@ -241,7 +241,8 @@ def _of(
     formula: Callable[[Contact], Forces] | None = None,
     **options: Any,
 ) -> Theory:
-    """The theory of tractions by creepages, of which those are sought that give prescribed forces.
+    """Theory of tractions by creepages, after a search for the creepages that give prescribed
+    forces.
 
     Forces are those of a formula, or of the tractions, up to all that the elements can carry.
     """

@@ -30,12 +30,12 @@ CHUNK_POINTS = 7000
 """Strips times triples marched at once: the arrays of a chunk (56 kB each) then stay in a core's
 cache."""
 MAX_DIVISIONS = 100_000
-"""Intervals along a strip, and strips, at most."""
+"""Largest number of intervals along a strip, and of strips."""
 LARGEST_STEP = 1e100
-"""In units of the bound; beyond, directions are kept and sizes cut, as squares must not
+"""Largest step, in units of the bound; larger ones keep their direction only, as squares must not
 overflow."""
 SMALLEST = 1e-150
-"""Size of a direction below which there is none."""
+"""Size below which a vector has no direction."""
 
 
 def strip(

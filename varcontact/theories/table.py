@@ -198,7 +198,7 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
 
 
 def book_of(book: Any) -> TableBook:
-    """A book, checked; that of the package for none."""
+    """Table book, checked; the package's own by default."""
     if book is None:
         return shipped()
     return checks.kind("book", book, TableBook, more=", as TableBook.read gives it")
@@ -214,7 +214,7 @@ def check_nu(book: TableBook, nu: Any) -> None:
 
 
 def why_not_in_book(ratio: float, nu: float) -> str:
-    """Reason why the book of the package does not serve a contact; empty where it does."""
+    """Reason why the package's book does not cover a contact; empty where it does."""
     book = shipped()
     least, greatest = book.range
     if abs(nu - book.nu) > NU_TOL:

@@ -22,16 +22,15 @@ from varcontact.system.process import lazy_property
 
 FORMAT = "varcontact table 3"
 AT_ONCE = 512
-"""Creepages that are computed together: what they need stays in the processor's cache."""
+"""Creepages that are computed together: their arrays fit into the processor's cache."""
 AT_FULL = 3
 """Number of B-splines of t that are not zero at full slip."""
 FULL_SLIP_FACTOR = 2.0**15
 """Ratio of the units of the others, in a file, to those of these splines."""
 HALFWAY = 1.5
-"""The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their
-full slip."""
+"""Magnitude halfway to full slip: Vermeulen and Johnson's line ends at 3, their full slip."""
 KNEE = 1.8
-"""A magnitude about which full slip begins."""
+"""Magnitude at which full slip begins, approximately."""
 ROOM = 0.35
 """Part of the way to full slip that is kept for the magnitudes about `KNEE`."""
 SPIN = 0.5

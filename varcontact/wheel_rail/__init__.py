@@ -1,4 +1,5 @@
-"""From measured profiles and a moving wheel set to contact patches, creepages and forces.
+"""Wheels on rails: from measured profiles and a moving wheel set to contact patches, creepages and
+forces.
 
 Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in
 radians, velocities in mm/s.
@@ -48,7 +49,7 @@ from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 Shakedown = JohnsonDiagram
 shakedown = johnson_diagram
-"""Former names of Johnson's diagram; `varcontact.shakedown` bounds the limit itself."""
+"""Earlier names of Johnson's diagram; `varcontact.shakedown` bounds the limit itself."""
 
 __all__ = [
     "Archard",

@@ -1,6 +1,4 @@
-"""Search for the height of the axle that carries a load: heights to try, by the forces at those
-before.
-"""
+"""Search for the axle height that carries a load: next height from the forces at earlier ones."""
 
 from __future__ import annotations
 
@@ -12,40 +10,41 @@ from varcontact.errors import NotConverged, SceneError
 from varcontact.wheel_rail.wheel_geometry import WheelGeometry
 
 ROUNDS = 30
-"""Heights that are tried."""
+"""Largest number of heights that are tried."""
 GROWTH = 10.0
 """Largest ratio of the next depth to the last."""
 ROUNDING = 1e-15
-"""Rounding of heights, relative to the radius of the wheel, from which they are computed."""
+"""Rounding error of heights, relative to the wheel radius from which they are computed."""
 FIRST_MISSING = 0.01
-"""Part of the load that may be missing where tractions are solved for at first, and patches tell
-the next height."""
+"""Relative load error below which tractions are solved for at first, where patches give the next
+height."""
 FIRST_MISSING_UNTOLD = 0.05
-"""The same where they do not."""
+"""Relative load error below which tractions are solved for at first, where patches do not give the
+next height and no other position gives the tractions' share of the load."""
 MISSING = 5e-4
-"""The same where they do not, and it is known what tractions carry in another position; and later
-on at least."""
+"""Relative load error below which tractions are solved for at first, where a neighbouring position
+gives their share of the load; also the lower limit in later rounds."""
 MISSING_OF_LAST = 0.2
-"""The same, relative to the part that was missing when they were solved for last."""
+"""Load error below which tractions are solved for again, relative to that at their last
+solution."""
 POWERS = 0.2, 5.0
-"""Least and largest power of normal forces that the vertical force is taken for."""
+"""Range of the exponent of the vertical force as a power of the normal forces."""
 CHANGES = 0.8, 1.25
-"""Least and largest change of forces by a step, relative to that of patches which stay as they
-are."""
+"""Range of the change of forces in a step, relative to the change for patches of constant shape."""
 LITTLE = 1e-4
-"""Change of the depth, relative, below which the slope is that of a larger one: forces are rounded
-by solvers."""
+"""Relative change of depth below which the slope of a larger change is used, as solvers round
+forces."""
 
 
 class BearingHeight:
-    """Search for the height that carries the load; of a case with a height, that alone.
+    """Search for the height that carries the load; for a case with a height, only that height.
 
     `propose` gives the next height until `done`. There, `learn_normal` takes the vertical part of
-    the normal forces alone, and `near` says whether the rest is worth solving for; `learn` takes
-    the vertical force. The secant method is for force^(2/3) of normal forces, which is nearly
-    straight, between heights that carry less and more; the vertical force is nearly a power of what
-    normal forces bear. From another position come the height to start at, and the forces `known`:
-    those of the normal forces, and of all. On the `same_grids` they tell the power, too.
+    the normal forces alone, `near` is true if tractions are worth solving for, and `learn` takes
+    the vertical force. The secant method is applied to force^(2/3) of normal forces, which is
+    nearly linear, between heights that carry less and more than the load; the vertical force is
+    taken as a power of the normal forces. Another position gives the first height and the `known`
+    forces (of normal forces, and of all forces); on the `same_grids` also the power.
     """
 
     def __init__(
@@ -65,11 +64,11 @@ class BearingHeight:
         self._tried = [(case.touching, 0.0)]
         self._estimated_at = math.nan
         self._slope = math.nan
-        # normal forces, and what they carry with the rest
+        # normal forces, and the vertical force including tractions
         self._known = known or (1.0, 1.0)
         self._tells_power = same_grids
         self._power = 1.0
-        # where tractions carry a part, they are solved for near the height
+        # if tractions carry a part of the load, they are solved only near the height
         self._mixed = case.tractions_bear_load
         self._enough = tol
         first = FIRST_MISSING
@@ -80,15 +79,15 @@ class BearingHeight:
         if self._mixed:
             self._enough = first
         self._excess = math.inf
-        # where the patches of the last height bear the goal, the goal of those before, and what
-        # forces changed by the step, relative to what was expected
+        # height at which the last patches carry the goal, the previous goal, and the change of
+        # forces by a step relative to the expected one
         self._expected = math.nan
         self._last_goal = math.nan
         self._change = 1.0
 
     def _first(self, start: float | None) -> float:
-        """The height to begin with: given, of another position, or that of Hertz's contact of a
-        ball.
+        """First height: the given one, that of another position, or that of a ball in Hertz's
+        contact.
         """
         case = self._case
         if case.z is not None:
@@ -100,22 +99,24 @@ class BearingHeight:
         return float(case.touching + (self._load / stiffness) ** (2 / 3))
 
     def begin(self, z: float) -> None:
-        """A height that is known to be near."""
+        """Begin the search at a height that is known to be near."""
         self.z = z
 
     @property
     def goal(self) -> float:
-        """The vertical part of normal forces with which the load is carried, by those known."""
+        """Vertical part of the normal forces at which the load is carried, from the last known
+        forces.
+        """
         normal, known = self._known
         return normal * (self._load / known) ** (1 / self._power)
 
     @property
     def expects(self) -> bool:
-        """True if patches told the next height."""
+        """True if the patches have given the next height."""
         return math.isfinite(self._expected)
 
     def expect(self, z: float) -> None:
-        """The height at which the patches of the last one bear the goal.
+        """Learn the height at which the patches of the last height carry the goal.
 
         Patches change with the height: they are taken to make the same part of the change of forces
         as at the last step.
@@ -129,7 +130,7 @@ class BearingHeight:
         self._last_goal = self.goal
 
     def propose(self) -> float:
-        """The next height; `NotConverged` where there is none left."""
+        """Next height; `NotConverged` if there is none left."""
         if self._case.z is None:
             if self.rounds > 0:
                 self._move()
@@ -151,11 +152,11 @@ class BearingHeight:
 
     @property
     def near(self) -> bool:
-        """True if so much of the load is carried that tractions are worth solving for."""
+        """True if enough of the load is carried to solve for tractions."""
         return abs(self._excess) <= self._enough
 
     def learn_normal(self, force: float) -> None:
-        """The vertical part of the normal forces alone, at the height that was proposed."""
+        """Learn the vertical part of the normal forces alone, at the height that was proposed."""
         if self._case.z is not None:
             self._excess = 0.0
             return
@@ -164,12 +165,12 @@ class BearingHeight:
         self._excess = known * (force / normal) ** self._power / self._load - 1
 
     def estimate_normal(self, force: float) -> None:
-        """About what `learn_normal` would be told: no bound of the heights to come."""
+        """Learn an estimate of this force, which does not bracket later heights."""
         self.learn_normal(force)
         self._estimated_at = self.z
 
     def learn(self, force: float) -> None:
-        """The vertical force at the height that was proposed."""
+        """Learn the vertical force at the height that was proposed."""
         if self._case.z is not None:
             self.done = True
             return
@@ -199,7 +200,9 @@ class BearingHeight:
         return SceneError("vertical_force", load, message=f"{reason}; {remedy}")
 
     def _next(self) -> float:
-        """The height by the secant method, between those that carry less and more."""
+        """Next height by the secant method, between those that carry less and more than the
+        load.
+        """
         heights, forces = np.array(self._tried).T
         values = forces ** (2 / 3) - self.goal ** (2 / 3)
         touching = self._case.touching

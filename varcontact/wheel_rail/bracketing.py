@@ -15,19 +15,20 @@ from itertools import combinations
 import numpy as np
 
 HALVINGS = 20
-"""Times that a simplex around a root is cut in two."""
+"""Bisections of a simplex around a root."""
 HALVINGS_TO_ROOT = 4
-"""Times after which the root of its linear functions is tried."""
+"""Bisections after which the root of the linear interpolant is tried."""
 HALVINGS_OF_SIDE = 8
-"""Times that a side of a triangle is cut in two where both functions change their sign on it."""
+"""Bisections of a triangle's side on which both functions change sign."""
 OUTSIDE = -0.3
-"""Coordinate on a simplex from which a root of linear functions is none of the functions."""
+"""Barycentric coordinate below which a root of the linear interpolant is not taken as one of the
+functions."""
 
 Point = tuple[float, ...]
 Nearest = tuple[int, np.ndarray, float]
-"""The function that is not zero, 0 or 1, the point, and the value."""
+"""Number (0 or 1) of the function that is not zero, the point, and its value there."""
 OnCurve = tuple[np.ndarray, float]
-"""A point at which the first function is zero, and the value of the second."""
+"""Point at which the first function is zero, and the value of the second there."""
 Functions = Callable[[Point], "np.ndarray | None"]
 
 
@@ -138,7 +139,7 @@ class Lattice:
             if value is None:
                 return None
             triangle = [positive, negative, corner]
-            # the side through which the curve goes on, and the corner that it leaves behind
+            # the side through which the curve continues, and the corner left behind
             if value[0] > 0:
                 left = positive
                 positive = corner
@@ -166,8 +167,8 @@ class Lattice:
         return point, second
 
     def _narrowed(self, positive: Point, negative: Point) -> tuple[Point, Point]:
-        """The part of a side in which the first function changes its sign, and the second does not:
-        near a jump, where functions are far from linear, which sign it has would be a guess.
+        """Part of a side in which the first function changes sign and the second does not: near a
+        jump, where interpolation is unreliable, the second one's sign would be a guess.
         """
         for _ in range(HALVINGS_OF_SIDE):
             if self._value(positive)[1] * self._value(negative)[1] > 0:

@@ -183,7 +183,7 @@ def _make_parts(table: dict[str, Any], folder: Path) -> None:
 
 
 def _varying_entries(table: dict[str, Any]) -> dict[str, Any]:
-    """Take the entries out of a table that may be lists: loads, and "position.y" and others."""
+    """Entries of a table that may be lists, taken out of it: loads, and "position.y" and others."""
     varying = {name: table.pop(name) for name in VARYING if name in table}
     for name, kind in MOVING.items():
         entries = dict(table_of(name, table.pop(name, {})))
@@ -294,7 +294,7 @@ def solve_cases(
         By Ctrl-C. Its `partial` is the table of the finished wheels, and the
         store has it.
     """
-    pd = imported("pandas")  # now: after Ctrl-C it would be waited for
+    pd = imported("pandas")  # imported now: after Ctrl-C the import would have to be waited for
     table_of_rows = partial(pd.DataFrame, columns=list(_columns_of(file)))
     execution = Execution(executor, workers, checks.progress(progress))
     try:
@@ -367,7 +367,7 @@ def _check_options(file: CaseFile) -> None:
 
 
 def _columns_of(file: CaseFile) -> tuple[str, ...]:
-    """The columns of the table."""
+    """Column names of the table of solutions."""
     return columns(of_sets=isinstance(file.cases[0], WheelSetOnTrack))
 
 
@@ -409,7 +409,7 @@ def _in_groups(
 
 
 def _identities(file: CaseFile) -> list[str]:
-    """A few digits that identify each wheel with its settings."""
+    """Short digest of each wheel and its settings."""
     # by the place in memory, as wheels share tracks and wheel sets
     described: dict[int, str] = {}
 
@@ -445,7 +445,7 @@ def _as_json(entry: Any) -> str:
 
 
 def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list[dict[str, Any]]]:
-    """The rows that the table has already of each wheel, once where positions come again."""
+    """Rows that the table already has, by wheel; only once where positions are repeated."""
     kept: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
     for row in table.rows:
         if row["identity"] not in kept:
@@ -469,7 +469,7 @@ def _rows(
     solved: Callable[[Any], None] | None,
     known: WheelRailSolution | VarcontactError | None = None,
 ) -> list[dict[str, Any]]:
-    """The rows of a case of a `file`, `known` or not, which raises its error if it is alone."""
+    """Rows of a case of a `file`, `known` or new; if it is the only one, its error is raised."""
     at = case.position
     row: dict[str, Any] = {
         "side": _side_of(case),

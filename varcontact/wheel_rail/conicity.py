@@ -152,7 +152,7 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
 
 
 def _of_wave(left: np.ndarray, quickest: np.ndarray) -> np.ndarray:
-    """The conicity whose motion is as long a wave; NaN where there is none.
+    """Conicity of the linear motion with the same wavelength; NaN if there is none.
 
     The wave is 4 times the integral of dy/y' with y'^2 = 2 left / (e R); and e R drops out of the
     conicity.

@@ -12,7 +12,7 @@ from varcontact.theories.fastsim_contact import SimplifiedTheory
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 NO_NEAR_MISS = -1.0
-"""GAP_MISS with which nothing is near [mm]."""
+"""Value of GAP_MISS for which no place counts as a near miss [mm]."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class WheelCase:
 
     @property
     def alone(self) -> bool:
-        """True of steady rolling by given velocities, on a rail in its place."""
+        """True for steady rolling at given velocities, on a rail in its nominal place."""
         more = (
             self.longitudinal_force,
             self.axle_moment,

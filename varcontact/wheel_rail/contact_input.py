@@ -57,15 +57,15 @@ CONVEX_GS = 2
 """The control digit G of the one solver of CONTACT that takes any DQREL in steady rolling."""
 TRANSIENT = 2
 STEADY = 3
-"""Values of the digit T."""
+"""Values of the digit T for rolling in time and for steady rolling."""
 BY_TEMPERATURE = 6
-"""Value of the digit L."""
+"""Value of the digit L for friction by temperature."""
 SIMPLIFIED = (2, 3)
 FASTRIP = 5
-"""Values of the digit M."""
+"""Values of the digit M for simplified theories and for FaStrip."""
 CONFORMAL = 4
 BY_ELEMENT = (3, 6)
-"""Values of the digit D with which patches are curved, and have the rigid slip of each element."""
+"""Values of the digit D for curved patches with a rigid slip for each element."""
 
 
 @checks.named_options()
@@ -129,7 +129,7 @@ def read_contact_input(path: str | Path, *, strict: bool = True) -> WheelInput:
     file = checks.file_name("path", path)
     inputs, unreadable = read_cases(file)
     readable = inputs
-    if strict and unreadable:  # what is wrong before comes first
+    if strict and unreadable:  # errors in earlier entries come first
         readable = [case for case in inputs if case.number < unreadable[0].number]
     reader = _Reader(file.parent)
     cases = [reader.case(given, strict) for given in readable if given.calculated]
@@ -145,7 +145,7 @@ def read_contact_input(path: str | Path, *, strict: bool = True) -> WheelInput:
 
 
 class _Reader:
-    """Wheels of cases; each profile, track and wheel set is made once."""
+    """Reader of cases as wheels; builds each profile, track and wheel set once."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -176,7 +176,7 @@ class _Reader:
         return case
 
     def _step(self, given: CaseInput) -> dict[str, Any]:
-        """The distance of a step in time, and the case that it goes on from."""
+        """Distance of a step in time, and the case that it continues."""
         controls = given.controls
         if controls["TANG"] not in (SHIFT, TRANSIENT):
             return {}
@@ -289,7 +289,7 @@ class _Reader:
 
 
 def _check_supported(case: CaseInput) -> None:
-    """Refuse what digits ask for that a wheel on a rail has not here."""
+    """Refuse values of digits that a wheel on a rail does not support here."""
     controls = case.controls
     if case.damped:
         controls.refuse_damping()
@@ -307,7 +307,7 @@ def _check_supported(case: CaseInput) -> None:
 
 
 def _check_material(controls: Controls) -> None:
-    """Refuse viscoelastic bodies and simplified theory but in steady rolling, and FaStrip."""
+    """Refuse viscoelastic bodies and simplified theory outside steady rolling, and FaStrip."""
     material = controls["MATER"]
     if material == FASTRIP:
         controls.complain("MATER", "is not supported: FaStrip is for Hertz's contact, in module 3")
@@ -321,7 +321,7 @@ def _check_material(controls: Controls) -> None:
 
 
 def _simplified(case: CaseInput) -> dict[str, Any]:
-    """How simplified theory is asked for by M = 2 or 3, see `SimplifiedTheory`."""
+    """Option `simplified` for M = 2 or 3 (see `SimplifiedTheory`), else none."""
     if case.controls["MATER"] not in SIMPLIFIED:
         return {}
     flexibility, slope = flexibility_of(case)

@@ -13,11 +13,11 @@ from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.track import SIGN, Side, WheelSet
 
 SHIFT = 1
-"""Value of the digit T without rolling."""
+"""Value of the digit T for a shift without rolling."""
 
 
 def check_forces(controls: Controls) -> None:
-    """Refuse forces that no motion gives."""
+    """Refuse forces that no motion can give."""
     if controls["TANG"] == 0:
         controls.complain("FORCE", "needs friction, T = 3")
     if controls["FORCE"] in (1, 2):
@@ -32,7 +32,7 @@ def velocity_of(case: CaseInput) -> Velocity:
     group: Group = case.needs("velocity", "EWHEEL", "a velocity", "E = 3")
     _, lateral, vertical = (group.number(k) for k in range(3))
     speed = group.angle(0)
-    if case.controls["CONFIG"] >= 4:  # coordinates that move as the roller's top would
+    if case.controls["CONFIG"] >= 4:  # speed of the roller's top, with which the coordinates move
         speed *= case.entries["track"].number(3)
     roll_rate = group.angle(3)
     yaw_rate = group.angle(4)
@@ -56,8 +56,8 @@ def velocity_of(case: CaseInput) -> Velocity:
 def moved_to_wheel(
     case: CaseInput, position: Position, velocity: Velocity, wheelset: WheelSet, side: Side
 ) -> tuple[Position, Velocity, float]:
-    """Place and motion of a rigid wheel set whose wheel is where that of the flexible one is, and
-    how much lower it is; for small deviations.
+    """Position and motion of a rigid wheel set with the wheel at the place of the flexible one's,
+    and how much lower it is; for small deviations.
     """
     place: Group = case.entries["wheel place"]
     rates: Group = case.entries["wheel rates"]
@@ -90,8 +90,8 @@ def moved_to_wheel(
 
 
 def forces_of(case: CaseInput) -> dict[str, Any]:
-    """What is given of F = 1, 2 and 3 in place of the motion of the wheel, or the place of the
-    rail.
+    """Force, moment or springs that F = 1, 2 or 3 prescribes instead of the motion of the wheel or
+    the place of the rail.
     """
     force = case.controls["FORCE"]
     if force in (1, 2):

@@ -17,7 +17,7 @@ from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.slices import SLICES, ProfileSlices
 
 NO_TAPE = 1000.0
-"""YTAPE from which a wheel has no tape circle [mm]."""
+"""YTAPE from which on a wheel has no tape circle [mm]."""
 
 
 def profile_of(groups: tuple[Group, ...], kind: Kind, folder: Path) -> Any:
@@ -93,7 +93,7 @@ def first_slice(wheel: Profile | ProfileSlices) -> Profile:
 
 
 def radius_above_tape(group: Group, wheel: Any) -> float:
-    """What the radius at the profile's origin is more than that at its tape circle."""
+    """Radius at the profile's origin less that at its tape circle [mm]."""
     place = group.option(0, NO_TAPE)
     profile = first_slice(wheel)
     on_profile = profile.y.min() <= place <= profile.y.max()

@@ -23,16 +23,17 @@ from varcontact.wheel_rail.wheel_on_elements import vertical
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 WheelSolver = Callable[[WheelOnRail, WheelRailSolution | None], WheelRailSolution]
-"""Solves a wheel, from a solution near it."""
+"""Function that solves a wheel, starting from a nearby solution."""
 CREEP_MAX = 0.03
-"""Creepages between which a longitudinal force is sought."""
+"""Largest creepage in the search for a longitudinal force."""
 CREEP_TOL = 1e-8
 DEFLECTION_FIRST = 0.1
 DEFLECTION_MAX = 12.8
-"""Deflections of a rail to the side that are tried, first and at most [mm]."""
+"""First and largest lateral deflection of a rail that is tried, `DEFLECTION_FIRST` and this
+[mm]."""
 DEFLECTION_TOL = 1e-5
 LOAD_TOL = 1e-5
-"""Of the vertical force under simplified theory."""
+"""Relative tolerance of the vertical force under simplified theory."""
 LOAD_ROUNDS = 20
 
 
@@ -102,7 +103,7 @@ def _run_simplified(case: WheelCase, theory: SimplifiedTheory) -> WheelRun:
     load = wheel.vertical_force
     solution = bare.solve(certify="none")
     patches, vertical_force = _marched(wheel, solution, theory)
-    # the height at which all forces together carry the load; that of the normal ones is near
+    # the height at which all forces carry the load; that for normal forces alone is near
     rounds = 0
     while load is not None and abs(vertical_force - load) > LOAD_TOL * load:
         if rounds == LOAD_ROUNDS:
@@ -163,7 +164,7 @@ def _wheel_solver(case: WheelCase, solved: Mapping[int, WheelRailSolution]) -> W
 
 
 def _solved(case: WheelCase, solver: WheelSolver) -> WheelRailSolution:
-    """The wheel of a case, with the motion or the place of the rail that gives its forces."""
+    """Solved wheel of a case, with the motion or the rail position that gives its forces."""
     wheel = case.wheel
     assert wheel is not None
     if case.longitudinal_force is not None:
@@ -192,7 +193,7 @@ def _with_pitch_rate(
     name: str,
     goal: float,
 ) -> WheelRailSolution:
-    """A wheel, with the pitch rate with which a quantity is as given."""
+    """Solved wheel, with the pitch rate at which a quantity has its prescribed value."""
     rolling = -wheel.velocity.speed / wheel.wheelset.radius
 
     def solved(creep: float, near: WheelRailSolution | None) -> WheelRailSolution:
@@ -272,7 +273,9 @@ def _with_rail_moved(wheel: WheelOnRail, lateral: float, down: float) -> WheelOn
 
 
 class _Search:
-    """Search for the value at which a wheel has no excess; each is solved from the one before."""
+    """Search for the value at which a quantity of a wheel has no excess; each wheel is solved from
+    the previous one.
+    """
 
     def __init__(
         self,
@@ -304,7 +307,7 @@ class _Search:
 
 
 def _check_angles(case: WheelCase, solution: WheelRailSolution) -> None:
-    """Refuse a patch whose parts CONTACT parts by their angles."""
+    """Refuse a patch that CONTACT would split by the angles of its parts."""
     wheel = solution.case
     for group in joined(wheel.locus.overlaps(solution.z), wheel.separate):
         angles = [tangent_of([overlap], wheel.rail).angle for overlap in group]

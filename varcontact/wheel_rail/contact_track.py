@@ -11,7 +11,9 @@ from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track
 
 
 def check_roller(case: CaseInput) -> None:
-    """Refuse a roller of which the track or the velocity kept is none, or that is not below."""
+    """Refuse a roller with a kept track or velocity that is not of a roller, or with the wheel
+    beside its top.
+    """
     track: Group = case.needs("track", "ZTRACK", "roller dimensions", "Z = 3")
     velocity: Group = case.needs("velocity", "EWHEEL", "a velocity", "E = 3")
     if track.names[3] != "NOMRAD" or velocity.names[0] != "VPITCH_ROL":
@@ -36,7 +38,7 @@ def track_of(
     curvature = dimensions.option(0, 0.0)
     if curvature != 0:
         rails["curve_radius"] = 1 / curvature
-    if height > 0:  # GAUGSQ does nothing in CONTACT
+    if height > 0:  # GAUGSQ has no effect in CONTACT
         return Track(gauge=third, gauge_height=height, **rails), 0.0
     # the rail's origin is given; its top has the height 0 here, and the gauge may be measured
     # anywhere

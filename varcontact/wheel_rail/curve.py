@@ -13,21 +13,21 @@ from varcontact.errors import SceneError
 from varcontact.system.process import lazy_property
 
 ACROSS = np.array([1.0, 0.0])
-"""The direction of y."""
+"""Unit vector along y."""
 STEP = 0.05
-"""Distance of the points of a curve, and of the circles of a wheel [mm]."""
+"""Spacing of the points of a curve, and of the circles of a wheel [mm]."""
 LAST_STEP = 1e-7
 """Length of the last of Newton's steps, relative to the curve's length: the error after it is about
 its square.
 """
 STEPS = 30
 HELD = 1e6
-"""Weight of a kink relative to other points: smoothing leaves it in place, and both of its sides
-meet there."""
+"""Weight of a kink relative to other points: smoothing keeps it in place, with both sides meeting
+there."""
 FEWEST = 5
-"""Points of a section that can be smoothed."""
+"""Least number of points of a section that can be smoothed."""
 NOISE = 1.0
-"""Width up to which a part may be noise of a steep side [mm]."""
+"""Width below which a part may be noise on a steep side [mm]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ class Curve:
 
     @lazy_property
     def finely(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Parameters STEP apart, and points and directions there."""
+        """Parameters `STEP` apart, with the points and directions there."""
         s = self.sampled(STEP)
         return s, self.points(s), self.directions(s)
 
@@ -206,7 +206,7 @@ def shifted(cubics: np.ndarray, by: np.ndarray) -> np.ndarray:
 
 
 def growing(grows: np.ndarray, near: int) -> slice:
-    """The run around the point `near` in which every step, of which `grows` tells, grows."""
+    """Run of points around `near` in which every step grows, according to `grows`."""
     falls = np.ones(grows.size + 2, dtype=bool)  # also before the first step and after the last
     falls[1:-1] = ~grows
     ends = falls.nonzero()[0]

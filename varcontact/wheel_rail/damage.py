@@ -22,7 +22,7 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 
 SAMPLE = 0.1
-"""Step along a profile in which wear is summed up [mm]."""
+"""Step along a profile in which wear is accumulated [mm]."""
 
 
 @dataclass(frozen=True)

@@ -24,21 +24,21 @@ from varcontact.wheel_rail.wheel_set_loads import BALANCED, LoadedWheelSet
 STEP = 1e-3
 """Step of the differences for derivatives, relative to the unit of an unknown."""
 CREEPAGE = 1e-3
-"""Unit of velocities, by the speed, and of the yaw."""
+"""Unit of velocities, divided by the speed, and of the yaw [rad]."""
 SIDEWAYS = 0.1
 """Unit of the lateral displacement [mm]."""
 EDGE = 10.0
-"""Distance from the outer end of a wheel at which it falls between the rails [mm]."""
+"""Distance from the outer end of a wheel at which it counts as falling between the rails [mm]."""
 ROLL_TOL = 1e-6
-"""Error of the roll at which both wheels touch [rad]."""
+"""Tolerance of the roll at which both wheels touch [rad]."""
 ROLL_STEPS = 8
-"""Secant steps to it."""
+"""Secant steps in the search for this roll."""
 LONGEST_STEP = 10.0
 """Longest step of an unknown, relative to its unit."""
 STEP_PARTS = (1.0, 0.5, 0.1)
-"""Parts of a step that are tried until the imbalance falls."""
+"""Parts of a step that are tried in turn until the imbalance decreases."""
 SLOW_FALL = 0.5
-"""Fall of the imbalance by a step from which on derivatives are computed anew."""
+"""Ratio of imbalances in a step above which derivatives are computed again."""
 
 Solver = Callable[[WheelOnRail], WheelForces]
 
@@ -59,7 +59,7 @@ class LoadBalance:
         return dict(zip(self.names, (self.origin + self.units * x).tolist(), strict=True))
 
     def unknowns(self, values: dict[str, float]) -> np.ndarray:
-        """The unknowns that have these values, the others as they begin."""
+        """Unknowns with these values, the others at their initial values."""
         begins = dict(zip(self.names, self.origin, strict=True))
         at = [values.get(name, begin) for name, begin in begins.items()]
         return (np.array(at) - self.origin) / self.units
@@ -81,7 +81,7 @@ class LoadBalance:
         return left, right
 
     def _above_rail(self, wheel: WheelOnRail, z: float) -> WheelForces:
-        """Forces on a wheel above its rail: in the search it is pulled down as by a spring."""
+        """Forces on a wheel above its rail: in the search a spring pulls it down."""
         arm = wheel.position.rotation @ [0.0, SIGN[wheel.side] * self.case.wheelset.middle, 0.0]
         centre = np.array([0.0, wheel.position.y, z - self.case.wheelset.radius])
         above = wheel.touching - z
@@ -89,7 +89,7 @@ class LoadBalance:
         return WheelForces(wheel, z, (_patch_with(Frame(centre + arm, np.eye(3)), pull),))
 
     def left_over(self, wheels: tuple[WheelForces, WheelForces]) -> dict[str, float]:
-        """The part of each load that the rails do not bear, relative to the load of the axle."""
+        """Part of each load that the rails do not carry, relative to the axle load."""
         case = self.case
         left, right = wheels
         force = left.force + right.force
@@ -106,7 +106,7 @@ class LoadBalance:
         return {name: float(value / self.load) for name, value in missing.items()}
 
     def imbalance(self, wheels: tuple[WheelForces, WheelForces]) -> np.ndarray:
-        """Imbalances of the loads, and then of the rails that yield."""
+        """Imbalances of the loads, followed by those of flexible rails."""
         missing = self.left_over(wheels)
         imbalances = [missing[name] for name in self.loads]
         track = self.case.track
@@ -194,13 +194,13 @@ def equations(case: LoadedWheelSet, held: tuple[str, ...] = ()) -> LoadBalance:
 
 
 def _load_at(case: LoadedWheelSet, touching: float, stiffness: float) -> float:
-    """The load of the axle at its height, by Hertz, where it touches at another one."""
+    """Axle load at its height by Hertz's formulas, for a wheel that touches at another height."""
     assert case.z is not None
     return 2 * stiffness * max(case.z - touching, 1e-3) ** 1.5
 
 
 def _check_outer_ends(wheels: list[WheelOnRail]) -> None:
-    """Refuse wheels one of which stands on its outer end, and so falls between the rails."""
+    """Refuse wheels of which one stands on its outer end and would fall between the rails."""
     for wheel in wheels:
         outwards = SIGN[wheel.side] * wheel.locus.points[:, 1]
         nearest = int(wheel.locus.gap.argmin())
@@ -235,7 +235,7 @@ def _level(case: LoadedWheelSet) -> float:
 
 @dataclass(frozen=True, eq=False)
 class BroydenIterate:
-    """Unknowns with the imbalance that they leave, and derivatives of that."""
+    """Unknowns with their imbalance and its derivatives."""
 
     x: np.ndarray
     imbalance: np.ndarray
@@ -253,7 +253,7 @@ def broyden(
     rounds: int,
     derivatives: np.ndarray | None = None,
 ) -> BroydenIterate:
-    """The iterate at which a root is found to `tol`, or from which no step leads on.
+    """Iterate at which a root is found to `tol`, or from which no step decreases the imbalance.
 
     Broyden's method with steps that are shortened until the imbalance falls; derivatives are
     computed anew, by differences, where it falls too slowly.

@@ -33,45 +33,49 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set_loads import BALANCED, LoadedWheelSet
 
 ROUGH = 0.02
-"""Largest imbalance of an estimate where forces of the fast way jump, as patches join."""
+"""Largest imbalance of an estimate where forces of the fast theory jump, as patches merge."""
 BEGINNING = 0.25
-"""Largest imbalance from which exact solutions begin: their forces do not jump."""
+"""Largest imbalance at which exact solutions start, whose forces do not jump."""
 SMOOTH = 1e-6
-"""Largest imbalance where they do not jump."""
+"""Largest imbalance where forces do not jump."""
 HELD_TOL = 1e-4
-"""Imbalance of the other loads where a wheel set is held."""
+"""Tolerance of the other loads where a wheel set is held."""
 TOL = 1e-10
-"""Imbalance at the end of the search."""
+"""Tolerance of the imbalance at the end of the search."""
 ROUNDS = 30
 ATTEMPTS = 3
-"""Times that the pitch rate is bracketed, and all other unknowns are found from there."""
+"""Largest number of times that the pitch rate is bracketed and the other unknowns are solved from
+there."""
 WIDER = 4.0
-"""Growth of the steps to either side of rolling, until the torque changes its sign."""
+"""Growth factor of the steps to either side of rolling, until the torque changes sign."""
 MOST_CREEP = 0.9
-"""Largest difference from rolling: nearly locked, or spinning nearly twice as fast."""
+"""Largest relative difference from rolling: nearly locked, or spinning nearly twice as fast."""
 SPACING_Y = 0.5
 """Spacing of the positions that are tried [mm]."""
 SPACING_YAW = 5e-4
 """Spacing of the yaws that are tried [rad], and so of velocities relative to the speed."""
 GROWTH = 6.0
-"""Steps of yaw within which the spacing grows by half."""
+"""Scale of the growth of the yaw spacing, in steps: ``GROWTH sinh(steps / GROWTH)``."""
 FARTHEST_YAW = 0.06
 """Largest yaw that is tried [rad], and so velocity relative to the speed."""
 LATTICES = (1.0, 400), (0.25, 20), (0.0625, 20)
-"""Spacings of the lattices that are tried, and their reach in points: each is where a balance is
-missed by least on the one before."""
+"""Relative spacing of the lattices, and their reach in points: each is around the point with the
+least imbalance of the one before."""
 OFFSETS = (0.0, 0.05, -0.05)
-"""Distances from a point at which a wheel set is held instead where patches join or part there, and
-no height and roll balance the loads, in spacings."""
+"""Offsets from a point, in spacings, at which a wheel set is held where patches merge or separate,
+and no height and roll balance the loads at the point itself."""
 NEARBY = 3.0
-"""Largest distance of the balance from the point where it was expected, in spacings."""
+"""Largest distance between the balance and the point where it was expected, in spacings."""
 PRESSED = 0.02
-"""Step to a greater depth, relative to the depth, at which the rail must carry more of a wheel."""
+"""Increase of depth, relative to the depth, with which the force of a wheel on the rail must
+grow."""
 
 
 @dataclass(frozen=True)
 class FastTheories:
-    """A normal and a tangential theory; of a law of friction its kinetic coefficient may count."""
+    """Normal and tangential fast theory; a friction law may be replaced by its kinetic
+    coefficient.
+    """
 
     normal: str = "virtual-penetration"
     tangential: TheoryName = "fastsim"
@@ -85,7 +89,7 @@ class FastTheories:
         return estimated(wheel, self.normal, self.tangential, options=dict(self.options))
 
     def at_velocity(self, wheel: WheelForces, velocity: Velocity) -> WheelForces:
-        """A wheel in the same place at another velocity; one above its rail is as it is."""
+        """Wheel at the same place with another velocity; unchanged if it is above its rail."""
         if not isinstance(wheel, FastWheel):
             return wheel
         return rolling(wheel, self.tangential, dict(self.options), velocity)
@@ -103,7 +107,9 @@ class Held:
 
 
 class Search:
-    """The balance of a case by a fast way, to an imbalance where its forces jump."""
+    """Search for the balance of a case by fast theories, to an imbalance `rough` where their forces
+    jump.
+    """
 
     def __init__(self, case: LoadedWheelSet, theories: FastTheories, rough: float) -> None:
         self._case = case
@@ -127,9 +133,9 @@ class Search:
         self._derivatives: np.ndarray | None = None
 
     def found(self) -> tuple[LoadBalance, np.ndarray]:
-        """The equations of all that is free, and their root."""
+        """Equations of all free quantities, and their root."""
         origin = np.zeros(len(self._held_names))
-        begin = self._hold(origin)  # what is refused where the search begins
+        begin = self._hold(origin)  # errors at the initial position are raised here
         if not self._held_names:
             whole = equations(self._case)
             return whole, self._root(whole, whole.unknowns(begin.values), TOL).x
@@ -141,7 +147,7 @@ class Search:
             smooth = any(at.largest <= SMOOTH for _, at in balances)
             if smooth or lattice.nearest is None:
                 break
-            # a finer lattice around the point that came nearest
+            # a finer lattice around the point with the least imbalance
             number, point, missing = lattice.nearest
             origin = origin + spacing * point
             nearest = number, missing, self._values(origin)
@@ -156,8 +162,8 @@ class Search:
     def _on_lattice(
         self, lattice: Lattice, origin: np.ndarray, spacing: float
     ) -> list[tuple[LoadBalance, BroydenIterate]]:
-        """Balances on a lattice around an origin: where loads jump across them, until there is one
-        where they do not.
+        """Balances on a lattice around an origin: those with jumping loads, until one without a
+        jump is found.
         """
         balances: list[tuple[LoadBalance, BroydenIterate]] = []
         for point, last in lattice.brackets(len(self._held_names)):
@@ -174,13 +180,13 @@ class Search:
         """Values that the wheel set is held at, by the coordinates of a point on the lattice."""
         values = dict(self._begin)
         for name, steps in zip(self._held_names, point.tolist(), strict=True):
-            if name != "y":  # farther from each other where friction is saturated
+            if name != "y":  # spacing grows where friction is saturated
                 steps = GROWTH * math.sinh(steps / GROWTH)
             values[name] += self._spacing[name] * steps
         return values
 
     def _left_over(self, point: np.ndarray) -> np.ndarray | None:
-        """Loads that are not balanced where the wheel set is held; None where it cannot be held."""
+        """Unbalanced loads where the wheel set is held; None where it cannot be held."""
         values = self._values(point)
         most = FARTHEST_YAW / SPACING_YAW
         for name in self._held_names:
@@ -192,7 +198,7 @@ class Search:
         return np.array([held.left_over[BALANCED[name]] for name in self._held_names])
 
     def _held_near(self, point: np.ndarray) -> Held | None:
-        """The wheel set held at a point, or beside it where forces jump just there; None where it
+        """Wheel set held at a point, or beside it if forces jump there; None where it
         cannot be held.
         """
         for offset in OFFSETS:
@@ -205,14 +211,14 @@ class Search:
         return None
 
     def _hold(self, point: np.ndarray) -> Held:
-        """The wheel set held at a point, from the one before or else from rolling wheels."""
+        """Wheel set held at a point, from the last one held or else from rolling wheels."""
         balance = equations(self._case.moved(self._values(point)), self._held_names)
         spun = next((name for name in ("pitch_rate", "speed") if name in balance.names), None)
-        # from the wheel set held before
+        # start from the last held wheel set
         at: BroydenIterate | None = None
         if self._last is not None:
             at = self._root(balance, self._last, HELD_TOL, self._derivatives)
-        # from rolling wheels
+        # start from rolling wheels
         if at is None or at.largest > HELD_TOL:
             x = np.zeros(len(balance.names))
             for _ in range(ATTEMPTS):
@@ -241,8 +247,8 @@ class Search:
         )
 
     def _rolling(self, balance: LoadBalance, x: np.ndarray, name: str | None) -> np.ndarray:
-        """The unknowns with the pitch rate, or speed, that balances its load with both wheels where
-        they are.
+        """Unknowns with the pitch rate, or speed, that balances its load while both wheels keep
+        their places.
 
         From locked to spinning wheels the torque falls all the way.
         """
@@ -258,7 +264,7 @@ class Search:
             left, right = (self._theories.at_velocity(wheel, velocity) for wheel in pair)
             return balance.left_over((left, right))[BALANCED[name]]
 
-        # a bracket, which is moved away from the end that leaves more
+        # a bracket, moved away from the end with the larger imbalance
         step = CREEPAGE
         low = -step
         high = step
@@ -276,7 +282,7 @@ class Search:
                 below = above
                 high = step
                 above = left_over(high)
-        # the root in it, or else the end that leaves less
+        # the root in it, or else the end with the smaller imbalance
         if below * above <= 0:
             creep = float(brentq(left_over, low, high, xtol=1e-7))
         elif abs(below) < abs(above):
@@ -286,7 +292,9 @@ class Search:
         return balance.unknowns(balance.values(x) | {name: pure * (1 + creep)})
 
     def _balanced(self, point: np.ndarray, tol: float) -> tuple[LoadBalance, BroydenIterate] | None:
-        """All loads balanced near a point, to a `tol`."""
+        """Equations with all loads balanced near a point to a `tol`, and their solution; None if
+        there is none.
+        """
         try:
             held = self._hold(point)
             values = self._values(point)
@@ -303,7 +311,7 @@ class Search:
         return whole, at
 
     def _refusal(self, nearest: tuple[int, float, dict[str, float]] | None) -> SceneError:
-        """The error where no position balances the loads, with what the nearest one leaves."""
+        """Error where no position balances the loads, with the imbalance of the nearest one."""
         load = BALANCED[self._held_names[0]]
         words = "no position balances the loads"
         if nearest is not None:
@@ -328,7 +336,9 @@ def _on_flange_alone(wheel: WheelForces) -> bool:
 
 
 def unbalanced(balance: LoadBalance, imbalance: np.ndarray) -> str:
-    """A sentence on the largest imbalance of a wheel set without balance, and a cause if known."""
+    """Sentence on the largest imbalance of a wheel set without balance, and on its cause if
+    known.
+    """
     case = balance.case
     words = f"no balance was found at y = {case.position.y:.4g} mm, where"
     wheels = [case.wheel(side, 0.0) for side in SIGN]
@@ -339,7 +349,7 @@ def unbalanced(balance: LoadBalance, imbalance: np.ndarray) -> str:
         load = getattr(case, name)
         if abs(load) > largest:
             return f"{words} {name} = {load:.4g} exceeds the friction limit, about {largest:.4g}"
-    # the load that is missed by most; rails that yield come after the loads
+    # the load with the largest imbalance; flexible rails come after the loads
     k = int(np.abs(imbalance).argmax())
     missing = "a rail yields"
     if k < len(balance.loads):
@@ -357,8 +367,8 @@ def _static_friction(wheel: WheelOnRail) -> float:
 
 
 def short(balance: LoadBalance, load: str, missing: float) -> str:
-    """A sentence on the part of a load that is not balanced; `missing` is relative to the load of
-    the axle, and the arm of a moment.
+    """Sentence on the missing part of a load; `missing` is relative to the axle load, and for a
+    moment also to its arm.
     """
     middle = balance.case.wheelset.middle
     arms = {"roll_moment": middle, "yaw_moment": middle, "torque": balance.case.wheelset.radius}
@@ -405,7 +415,7 @@ def _above_rail(case: LoadedWheelSet, wheel: WheelOnRail) -> SceneError:
 
 
 def _check_pressed(wheel: WheelForces, step: float) -> None:
-    """Refuse a wheel on which the vertical force falls as it is pressed in by a step [mm]."""
+    """Refuse a wheel whose vertical force falls when it is pressed in by a step [mm]."""
     deeper = replace(wheel.case, z=wheel.z + step)
     fast = FastTheories(kinetic=True)
     if fast(deeper).force[2] < fast(wheel.case).force[2]:

@@ -31,12 +31,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SLOTS = 3
-"""Patches of a wheel that are tabulated at most."""
+"""Largest number of patches of a wheel that are tabulated."""
 COLUMNS = 8
-"""Figures of a patch, see `WheelSetForces`."""
+"""Number of figures of a patch, see `WheelSetForces`."""
 GROWTH = np.array([1 / 3, 1 / 3, 1.0, 2 / 3])
-"""Powers of the force with which a, b, the force itself and the approach of Hertz's contact
-grow."""
+"""Exponents of the force in a, b, the force itself and the approach of Hertz's contact."""
 MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
 
 

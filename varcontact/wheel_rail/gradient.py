@@ -41,11 +41,11 @@ LENGTH_STEP = 1e-4
 """Step of the central difference of the geometry by a length [mm]: contact loci are smooth to
 1e-9."""
 ANGLE_STEP = 1e-6
-"""The same by an angle [rad]."""
+"""Step of the central difference of the geometry by an angle [rad]."""
 RELATIVE_STEP = 1e-5
-"""The same by another number, relative to it."""
+"""Step of the central difference of the geometry by another number, relative to it."""
 BESIDE = 6
-"""Points of a profile beside a patch, either way, whose effect on it through the spline counts."""
+"""Points of a profile on either side of a patch that still affect it through the spline."""
 
 ANGLES = "roll", "yaw", "pitch"
 POSITIONS = "y", *ANGLES
@@ -175,14 +175,16 @@ class _DifferentiableWheel:
         return np.array([[each.held.value for each in row] for row in self.outputs])
 
     def by_load(self) -> np.ndarray:
-        """By the vertical force."""
+        """Derivatives with respect to the vertical force."""
         if self.solution.case.vertical_force is None:
             raise SceneError("by", "vertical_force", "prescribed by the case; its z is")
         outputs, vertical = self._by_height
         return outputs / vertical
 
     def by_number(self, name: Any) -> np.ndarray:
-        """By a number of the case: y, roll and yaw of the wheel set, friction, a length."""
+        """Derivatives with respect to a number of the case: y, roll and yaw of the wheel set,
+        friction, a length.
+        """
         path = name
         if name in POSITIONS:
             path = f"position.{name}"
@@ -201,8 +203,8 @@ class _DifferentiableWheel:
         return self._bearing_load(moved, step)
 
     def by_profile(self, name: str) -> np.ndarray:
-        """By the z of each point of a profile, (outputs, patches, points); zero for points that
-        are far from all patches.
+        """Derivatives with respect to the z of each point of a profile, (outputs, patches, points);
+        zero for points that are far from all patches.
         """
         case = self.solution.case
         profile = case.wheelset.profile

@@ -1,5 +1,5 @@
-"""A wheel that rolls in time, or is shifted in place: step by step, each with the tractions that
-the step before left.
+"""Wheel that rolls in time or is shifted in place, step by step, each with the tractions of the
+previous step.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from varcontact.wheel_rail.wheel_on_elements import Start, WheelOnElements, solv
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 ROUNDED = 1e-9
-"""Part of an element by which sides of elements may differ."""
+"""Difference of sides of elements, divided by the sides, that counts as rounding."""
 
 
 def _of_solve(given: Mapping[str, Any]) -> tuple[str, ...]:
@@ -123,7 +123,7 @@ def wheel_on_rail_history(
 def _checked(
     wheels: Sequence[WheelOnRail], start: WheelRailSolution | None
 ) -> tuple[WheelOnRail, ...]:
-    """The wheels, which go together."""
+    """Wheels of a history, checked to be consistent."""
     if not checks.is_array(wheels) or not len(wheels):
         raise SceneError("wheels", wheels, "a sequence of WheelOnRail, one for each step")
     before = None
@@ -141,7 +141,7 @@ def _checked(
 
 
 def _check_same(field: str, wheel: WheelOnRail, before: WheelGeometry) -> None:
-    """Refuse a step that goes on from another wheel, material or lattice."""
+    """Refuse a step that continues another wheel, material or lattice."""
     for name in ("side", "bodies"):
         if getattr(wheel, name) != getattr(before, name):
             allowed = f"that of the step before, {getattr(before, name)!r}"
@@ -181,7 +181,7 @@ def _distances(
 
 
 def _check_methods(methods: dict[str, Any]) -> None:
-    """Refuse theories, and grids that are chosen."""
+    """Refuse theories, and grids chosen for an accuracy."""
     if methods.get("tangential") in THEORIES:
         allowed = "left out: theories have no steps"
         raise SceneError("tangential", methods["tangential"], allowed)
@@ -210,7 +210,7 @@ def _step(
 
 
 class _StepOnElements(WheelOnElements):
-    """A wheel at one height after the other, whose patches are histories of one step."""
+    """Wheel at one height after the other, with patches that are histories of one step."""
 
     patches_alone = True
 
@@ -220,13 +220,13 @@ class _StepOnElements(WheelOnElements):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _WheelInTime(WheelGeometry):
-    """The wheel at the end of a step, whose patches are scenes of that step."""
+    """Wheel at the end of a step, with patches that are scenes of that step."""
 
     rolled: float
     before: WheelRailSolution | None
 
     def patches(self, z: float, *, with_grid: bool = True) -> tuple[ContactPatch, ...]:
-        """All patches at a height, each with what the step before left there."""
+        """Patches at a height, each with the tractions of the previous step at its place."""
         found = super().patches(z)
         lattices = [self._placed(self, each.frame, _grid(each)) for each in found]
         left: list[list[_Left]] = [[] for _ in found]
@@ -238,7 +238,7 @@ class _WheelInTime(WheelGeometry):
 
     @property
     def _last_patches(self) -> list[tuple[PatchSolution, WheelGeometry]]:
-        """The patches of the step before, with the wheel."""
+        """Patches of the previous step, each with its wheel."""
         if self.before is None:
             return []
         return [(patch, self.before.case) for patch in self.before.patches]
@@ -246,7 +246,7 @@ class _WheelInTime(WheelGeometry):
     def _patch(
         self, overlaps: list[Overlap], tangent: Tangent, z: float, sides: Sides
     ) -> ContactPatch:
-        """The patch, the origin of its frame in the middle of an element of the lattice."""
+        """Patch whose frame has its origin in the middle of an element of the lattice."""
         assert sides is not None
         frame = tangent.frame
         place = self._on_lattice(self, frame)
@@ -287,7 +287,9 @@ class _WheelInTime(WheelGeometry):
         return replace(grid, x0=left + x, y0=bottom + y)
 
     def _in_time(self, patch: ContactPatch, lattice: Grid, left: Sequence[_Left]) -> ContactPatch:
-        """The patch with the step as its motion, on elements that hold all that is left."""
+        """Patch with the step as its motion, on elements that contain all contacts of the previous
+        step.
+        """
         scene = patch.scene
         padding = _padding(lattice, left)
         wider = _widened(scene, padding)
@@ -307,7 +309,7 @@ class _WheelInTime(WheelGeometry):
 
 @dataclass(frozen=True, eq=False)
 class _Left:
-    """What a patch of the step before left: rows of its solution, by their place on the lattice."""
+    """Patch of the step before: rows of its solution, by their place on the lattice."""
 
     grid: Grid
     solution: Solution
@@ -315,12 +317,12 @@ class _Left:
 
     @property
     def box(self) -> Box:
-        """Around the contact."""
+        """Bounding box of the contact."""
         return contact_box(self.grid, self.solution.pressure * self.rows[:, None])
 
     def on(self, grid: Grid, field: np.ndarray, fresh: float = 0.0) -> np.ndarray:
-        """A field (..., ny, nx) on other elements of the lattice, as what it exceeds fresh values
-        by.
+        """Field (..., ny, nx) on other elements of the lattice: its excess over the value of fresh
+        particles, interpolated.
         """
         excess = (field - fresh) * self.rows[:, None]
         flat = excess.reshape(-1, *self.grid.shape)
@@ -336,7 +338,7 @@ def _grid(patch: ContactPatch) -> Grid:
 def _shares(
     grid: Grid, pressure: np.ndarray, lattices: Sequence[Grid]
 ) -> Iterator[tuple[int, np.ndarray]]:
-    """Numbers of the patches whose elements a contact meets, and the rows that are nearest to
+    """Numbers of the patches whose elements overlap a contact, and the rows that are nearest to
     each.
     """
     contact = contact_box(grid, pressure)
@@ -353,14 +355,16 @@ def _shares(
 
 
 def _meet(one: Box, other: Box) -> bool:
-    """True if two boxes have a part in common."""
+    """True if two boxes overlap."""
     along_x = one[0] < other[1] and other[0] < one[1]
     along_y = one[2] < other[3] and other[2] < one[3]
     return along_x and along_y
 
 
 def _padding(lattice: Grid, left: Sequence[_Left]) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Elements more below and above, before and behind, that hold what is left, and a ring."""
+    """Additional elements below and above, before and behind, that contain the previous contacts,
+    and a ring.
+    """
     boxes = np.array([lattice.box, *(each.box for each in left)])
     x0, x1, y0, y1 = lattice.box
     dx, dy = lattice.sides
@@ -375,7 +379,9 @@ def _padding(lattice: Grid, left: Sequence[_Left]) -> tuple[tuple[int, int], tup
 
 
 def _widened(scene: Scene, padding: tuple[tuple[int, int], tuple[int, int]]) -> dict[str, Any]:
-    """Grid, distance and friction of a scene on more elements, where the bodies are far apart."""
+    """Grid, distance and friction of a scene on additional elements, where the bodies are far
+    apart.
+    """
     (below, above), (before, behind) = padding
     grid = scene.grid
     surface = scene.surface
@@ -390,7 +396,9 @@ def _widened(scene: Scene, padding: tuple[tuple[int, int], tuple[int, int]]) -> 
 
 
 def _start(left: Sequence[_Left], lattice: Grid, grid: Grid, scene: Scene) -> Solution | None:
-    """All that is left together, on elements of a patch; None if that is nothing."""
+    """Fields of all previous contacts on the elements of a patch, as one solution; None if there
+    are none.
+    """
     if not left:
         return None
     fresh = scene.fresh

@@ -21,22 +21,22 @@ from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.slices import RailSurface, Surface
 
 CIRCLE = 0.2
-"""Distance of the circles of a wheel where surfaces vary [mm]."""
+"""Spacing of the circles of a wheel where surfaces vary [mm]."""
 PLANES_REACH = 50.0
 """Largest distance of the planes from the axle [mm]."""
 PLANE = 1.0
-"""Distance of the planes from each other [mm]."""
+"""Spacing of the planes [mm]."""
 CURVATURE_PLANES = 10
-"""Planes before and behind over which the curvature along the track is a mean."""
+"""Planes before and behind over which the curvature along the track is averaged."""
 LEAST_RISE = 1e-6
-"""Least rise over them [mm], below which gaps are equal."""
+"""Least rise over these planes [mm], below which gaps count as equal."""
 BESIDE = 1e-6
 """Distance of planes from a step [mm]."""
 PRESSING_STEPS = 20
 PRESSING_TOL = 1e-4
-"""Relative error of `Locus.pressing` at the height that is found for it."""
+"""Relative tolerance of `Locus.pressing` in the search for its height."""
 NEWTON_STEPS = 8
-"""Newton steps to the planes."""
+"""Newton steps in the projection on the planes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +195,7 @@ class Overlap:
     points: np.ndarray
     """Points of the locus at this height, shape (n, 3)."""
     depth: np.ndarray
-    """Below the rail's surface, shape (n,)."""
+    """Depth below the rail's surface, shape (n,)."""
     surface: np.ndarray
     """(y, z) of the rail above the points, shape (n, 2)."""
     ends: np.ndarray
@@ -224,7 +224,7 @@ def overlap(locus: Locus, run: slice, z: float) -> Overlap:
         x = locus.planes
         gaps = locus.gaps[run]
         inside = gaps < z
-        # a rail that ends does not move the centre of the contact beside its end
+        # the end of a rail does not move the centre of the contact beside it
         away = x - points[:, :1]
         parabola = locus.gap[run, None] + away**2 / (2 * locus.curvature_radii[run, None])
         endless = np.where(np.isfinite(gaps), gaps, parabola)

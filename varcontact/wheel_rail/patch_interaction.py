@@ -1,4 +1,4 @@
-"""Parts of a patch that are so close that the pressure of one displaces the other in part."""
+"""Interaction between parts of a patch: the pressure of one displaces the others in part."""
 
 from __future__ import annotations
 
@@ -19,22 +19,23 @@ from varcontact.solvers.splitting.method import splitting_normal
 from varcontact.wheel_rail.patches import Interactions
 
 NORM_ELEMENTS_MAX = 2000
-"""Elements that overlap, up to which NORM is asked first."""
+"""Number of overlapping elements up to which NORM is tried first."""
 
 INTERACTION_ROUNDS = 40
 """Largest number of iterations for the pressures of parts."""
 INTERACTION_TOL = 1e-6
-"""Change of the distance that ends them, relative to the approach."""
+"""Change of the distance, relative to the approach, below which the iteration over parts ends."""
 
 
 def with_interaction(scene: Scene, interactions: Interactions) -> Scene:
-    """The scene with the undeformed distance in which each part of a patch feels the others by the
-    interactions' weights.
+    """Scene with the undeformed distance that represents the weighted interaction between the parts
+    of a patch.
 
-    Parts lie in one plane. The displacement that the pressure of one makes in another is multiplied
-    by a weight, from 1 where they are so near as to be one patch to 0 where they are two: forces do
-    not jump when parts come nearer, as in CONTACT (D_COMB, D_SEP). What a part would feel too much
-    is taken off its distance, with the pressures of the round before.
+    Parts lie in one plane. The displacement that the pressure of one causes in another is
+    multiplied by a weight, from 1 for parts so close that they are one patch to 0 for separate
+    patches: forces do not jump when parts approach each other, as in CONTACT (D_COMB, D_SEP). The
+    excess displacement is subtracted from the undeformed distance, with the pressures of the
+    previous round.
     """
     surface = scene.surface
     assert isinstance(surface, SampledDistance)
@@ -42,7 +43,7 @@ def with_interaction(scene: Scene, interactions: Interactions) -> Scene:
     grid = scene.grid
     if not isinstance(grid, Grid):
         grid = _grid_of_samples(surface)
-    # the part of each row of elements, and the displacement that it does not feel, by the two parts
+    # the part of each row of elements, and shares of displacements that do not act, by both parts
     places, weights = np.array(interactions).T
     part = np.searchsorted(places, grid.y)
     unfelt = _unfelt(weights)
@@ -55,7 +56,7 @@ def with_interaction(scene: Scene, interactions: Interactions) -> Scene:
     excess = np.zeros(grid.shape)
     raw = None
     for _ in range(INTERACTION_ROUNDS):
-        # pressures with the excess displacement of the round before
+        # pressures with the excess displacement of the previous round
         posed = replace(problem, distance=problem.distance - excess.ravel())
         raw = _pressures(posed, raw)
         pressure = raw.traction.reshape(grid.shape)
@@ -74,7 +75,7 @@ def with_interaction(scene: Scene, interactions: Interactions) -> Scene:
 
 
 def _grid_of_samples(surface: SampledDistance) -> Grid:
-    """The grid whose elements have the samples of a surface at their centres."""
+    """Grid with the samples of a surface at its element centres."""
     x, y = surface.coordinates
     dx = x[1] - x[0]
     dy = y[1] - y[0]
@@ -82,8 +83,8 @@ def _grid_of_samples(surface: SampledDistance) -> Grid:
 
 
 def _unfelt(weights: np.ndarray) -> np.ndarray:
-    """Shares of the displacement by one part that another does not feel: 1 less the product of the
-    weights of the interactions between them.
+    """Shares of a part's displacement that do not act on another part: 1 minus the product of the
+    interaction weights between them.
     """
     count = weights.size + 1
     shares = np.zeros((count, count))
@@ -93,8 +94,8 @@ def _unfelt(weights: np.ndarray) -> np.ndarray:
 
 
 def _pressures(problem: NormalProblem, start: RawSolution | None) -> RawSolution:
-    """NORM, the fastest where the contact hardly changes from round to round, or Newton's method
-    where elements are many; splitting, where these fail.
+    """Pressures by NORM, the fastest where the contact hardly changes between rounds, or by
+    Newton's method for many elements; by splitting, where these fail.
     """
     if np.count_nonzero(problem.distance < problem.approach) <= NORM_ELEMENTS_MAX:
         raw = norm(problem, start)

@@ -133,7 +133,7 @@ class PatchSolution:
 
     @property
     def friction_power(self) -> float:
-        """At the rolling velocity of the patch [W]."""
+        """Friction power at the rolling velocity of the patch [W]."""
         return self.solution.power * self.patch.creepage.speed / 1e3
 
     @property
@@ -197,8 +197,8 @@ class PatchSolution:
 
     @property
     def loaded_half_width(self) -> float:
-        """Half width [mm] of an ellipse whose pressure is spread across the rail as this one,
-        `half_width` at most; it does not jump from row to row.
+        """Half width [mm] of the Hertzian ellipse whose pressure has the same variance across the
+        rail, at most `half_width`; it does not jump from row to row.
         """
         by_row = self.solution.pressure.sum(axis=1)
         if not by_row.any():

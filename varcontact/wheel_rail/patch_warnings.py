@@ -24,8 +24,8 @@ class CoarseElements(UserWarning):
 
 
 class ConformalContact(UserWarning):
-    """A patch so wide, by the curvature of a profile, that half-spaces and a tangent plane do not
-    describe it well.
+    """Patch so wide, compared with the radius of curvature of a profile, that half-spaces and a
+    tangent plane are a poor model.
     """
 
 
@@ -86,8 +86,8 @@ def _conformal_contact(solved: PatchSolution, radii: dict[str, float]) -> Iterat
 
 
 def noisy_patches(found: WheelRailSolution) -> list[str]:
-    """Places of the patches whose pressure is dominated by noise; waves on few elements are
-    none.
+    """Positions of the patches whose pressure is dominated by noise; waves on few elements do not
+    count.
     """
     places = []
     for each in found.patches:

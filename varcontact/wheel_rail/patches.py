@@ -24,34 +24,34 @@ from varcontact.wheel_rail.slices import RailSurface, Surface
 AT_ORIGIN = Frame(np.zeros(3), np.eye(3))
 ANY_GRID = Grid(nx=1, ny=1)
 GUARD = 1
-"""Elements beyond the overlap on every side."""
+"""Margin around the overlap on every side [elements]."""
 SAMPLES = 100
 """Samples across the overlap for grids of any size."""
 SAMPLES_BESIDE = 20
-"""Samples beyond it on every side, where the search for a grid may go."""
+"""Samples beyond the overlap on every side, for the search for a grid."""
 NEWTON_STEPS = 12
 """Newton steps to the wheel's surface."""
 NEWTON_TOL = 1e-5
 """Length on the surface of the last of these steps [mm]: the error after it is about its square,
 divided by the radius."""
 NOWHERE = 10.0
-"""Distance where there is no rail, by the largest where there is one: a cliff, which is not taken
-for noise."""
+"""Distance where there is no rail, divided by the largest distance where there is one: a cliff, not
+noise."""
 MOST = 400_000
-"""Elements of a potential contact."""
+"""Largest number of elements of a potential contact."""
 FALL = 0.8
-"""Exponent of the fall of a seam's weight with the distance of its parts, CONTACT's."""
+"""Exponent of the decay of an interaction weight with the distance between parts, as in CONTACT."""
 
 Interactions = tuple[tuple[float, float], ...]
-"""Places along y where parts of a patch meet, ascending, and the weights with which they feel each
-other."""
+"""Places along y between parts of a patch, ascending, and the weights of the interaction across
+them."""
 Sides = tuple[float, float] | None
 """Sides of an element [mm]; None for samples that are interpolated on any grid."""
 
 
 def joined(overlaps: list[Overlap], nearer: float) -> list[list[Overlap]]:
-    """Overlaps in groups that make one patch: neighbours on the rail are nearer to each other than
-    a distance [mm].
+    """Overlaps in groups that form one patch: neighbours on the rail are closer than `nearer`
+    [mm].
     """
     groups = [[overlaps[0]]]
     for left, right in pairwise(overlaps):
@@ -135,8 +135,8 @@ def tangents_of(
 def interactions_of(
     overlaps: list[Overlap], frame: Frame, join: float, separate: float
 ) -> Interactions:
-    """Places between overlaps that are more than `join` apart, and weights of interaction there;
-    from `separate` on there is none.
+    """Places between overlaps that are more than `join` apart, and interaction weights there, which
+    are zero from `separate` on.
     """
     interactions = []
     for left, right in pairwise(overlaps):
@@ -149,7 +149,7 @@ def interactions_of(
 
 
 def too_rough(y: float) -> SceneError:
-    """The error of surfaces that cannot be followed near a place on the track [mm]."""
+    """Error for surfaces too rough to follow near a place on the track [mm]."""
     reason = (
         f"near y = {y:.4g} mm a profile is too rough to follow; "
         "smooth it, Profile(..., smoothing=...)"
@@ -158,8 +158,8 @@ def too_rough(y: float) -> SceneError:
 
 
 def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: Sides) -> Grid:
-    """Elements over the overlap and y `across` it, and around it; the frame's origin is in the
-    middle of one.
+    """Grid over the overlap and y `across` it, with a margin; the frame's origin is the centre of
+    an element.
     """
     along = np.concatenate([each.ends.ravel() for each in overlaps])
     dx, dy = sides or (float(np.ptp(along)) / SAMPLES, float(np.ptp(across)) / SAMPLES)

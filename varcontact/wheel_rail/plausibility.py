@@ -14,9 +14,9 @@ from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.wheel_geometry import OnTrack, WheelGeometry
 
 LEAST_LOAD = 1e3
-"""Load on a wheel [N]: lesser numbers are in kN."""
+"""Load on a wheel [N] below which it is probably in kN."""
 LARGEST_LOAD = 500e3
-"""Load on a wheel [N]: greater numbers are in another unit."""
+"""Load on a wheel [N] above which it is probably in another unit."""
 SHORT_CURVE = 15e3
 """Radius of the tightest curve that trams run through [mm]."""
 LEAST_GAUGE = 300.0
@@ -24,17 +24,18 @@ LEAST_GAUGE = 300.0
 LARGEST_GAUGE = 3000.0
 """Largest gauge of tracks [mm]."""
 SMALL_WHEEL = 0.1
-"""Radius of a wheel, divided by the gauge: in inches it is half of this."""
+"""Radius of a wheel divided by the gauge, below which it is doubtful: in inches it is half of
+this."""
 NARROW_PROFILE = 10.0
-"""Width of a profile [mm]: in inches a rail has 3, a wheel 5.5."""
+"""Width of a profile [mm] below which it is doubtful: in inches a rail has 3, a wheel 5.5."""
 AT_TIP = 2.0
 """Distance of a patch from the flange's tip, downwards [mm]."""
 TALL_FLANGE = 10.0
 """Height of the tip of a flange above the running circle [mm]."""
 YIELD_IN_SHEAR = 20.0, 5e3
-"""Yield stresses in shear of metals [N/mm^2]."""
+"""Range of the yield stress in shear of metals [N/mm^2]."""
 HARDNESS = 1e3, 2e4
-"""Hardnesses of steels [N/mm^2]; by Brinell and Vickers they are a tenth of it in number."""
+"""Range of the hardness of steels [N/mm^2]; Brinell and Vickers numbers are a tenth of it."""
 
 
 def warnings_of(case: OnTrack) -> tuple[str, ...]:
@@ -43,7 +44,7 @@ def warnings_of(case: OnTrack) -> tuple[str, ...]:
 
 
 def _load(case: OnTrack) -> str:
-    """A load that looks like one in kN, or is greater than wheels carry."""
+    """Warning for a load that is probably in kN, or above that of any wheel."""
     wheels = 1 if isinstance(case, WheelGeometry) else 2
     load = case.vertical_force
     if load is None or wheels * LEAST_LOAD <= load <= wheels * LARGEST_LOAD:
@@ -53,7 +54,7 @@ def _load(case: OnTrack) -> str:
 
 
 def _cant(case: OnTrack) -> str:
-    """Rails that lean outwards."""
+    """Warning for rails that lean outwards."""
     cant = case.track.cant
     if cant >= 0:
         return ""
@@ -96,7 +97,7 @@ def _wheel_radius(case: OnTrack) -> str:
 
 
 def _width(case: OnTrack) -> str:
-    """Profiles in inches or metres."""
+    """Warning for profiles in inches or metres."""
     profiles: dict[str, Profile] = {"rail": case.track.profile, "wheel": case.wheelset.profile}
     for kind, profile in profiles.items():
         width = float(np.ptp(profile.y))
@@ -113,7 +114,7 @@ CHECKS: tuple[Callable[[OnTrack], str], ...] = (_load, _cant, _gauge, _curve, _w
 
 
 def at_tip(y: float, on_wheel: np.ndarray, wheel: Profile) -> tuple[str, ...]:
-    """A contact, at y in the track and at (y, z) `on_wheel`, at the flange's tip."""
+    """Warning for a contact at the flange's tip, at y in the track and at (y, z) `on_wheel`."""
     tip = float(wheel.z.max())
     below = tip - float(on_wheel[1])
     if tip < TALL_FLANGE or below > AT_TIP:
@@ -123,7 +124,7 @@ def at_tip(y: float, on_wheel: np.ndarray, wheel: Profile) -> tuple[str, ...]:
 
 
 def of_yield_stress(yield_in_shear: float) -> tuple[str, ...]:
-    """One that looks like pascals or gigapascals."""
+    """Warning for a yield stress that is probably in pascals or gigapascals."""
     least, most = YIELD_IN_SHEAR
     if least <= yield_in_shear <= most:
         return ()
@@ -132,7 +133,7 @@ def of_yield_stress(yield_in_shear: float) -> tuple[str, ...]:
 
 
 def of_hardness(hardness: float) -> tuple[str, ...]:
-    """One by Brinell or Vickers, or in pascals."""
+    """Warning for a hardness that is probably a Brinell or Vickers number, or in pascals."""
     least, most = HARDNESS
     if least <= hardness <= most:
         return ()

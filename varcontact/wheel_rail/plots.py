@@ -41,15 +41,16 @@ if TYPE_CHECKING:
     from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 STEP = 0.05
-"""Between points of a drawn curve [mm]."""
+"""Spacing of the points of a drawn curve [mm]."""
 NORMAL = 12.0
 """Length of the arrow of the largest normal force [mm]."""
 ACROSS = 3
-"""Panels beside each other in pictures of many positions."""
+"""Number of panels in a row in pictures of many positions."""
 ROW = 0.2625
 """Height of a row of panels over positions, relative to the width of the page."""
 ROW_OF_SWEEP = 0.3
-"""The same over a sweep, where each panel has its own axis."""
+"""Height of a row of panels over a sweep, relative to the width of the page; each panel has an
+axis."""
 OF_TABLE = {
     "radius_difference": ("rolling radius difference [mm]", 1.0),
     "angle": ("contact angle [mrad]", 1e3),

@@ -21,7 +21,7 @@ PLACES = ("y", "s", "pitch")
 RATES = ("pitch_rate", "lateral", "vertical", "roll_rate", "yaw_rate")
 AT_REST = RigidBody(position=np.zeros(3))
 STEEPEST = 0.5
-"""Greatest angle of cant, roll and yaw [rad]."""
+"""Largest angle of cant, roll and yaw [rad]."""
 
 
 def angle(field: str, value: Any) -> float:

@@ -39,17 +39,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FEWEST = 10
-"""Points a profile must have."""
+"""Least number of points of a profile."""
 KINK = np.radians(30.0)
-"""Least angle by which a kink turns at its point [rad]."""
+"""Least angle between the segments at a kink [rad]."""
 KINK_BESIDE = 1 / 3
-"""Part of it by which the points beside turn less."""
+"""Part of this angle below which the points beside a kink turn."""
 KINK_BY_MEDIAN = 8.0
-"""Least angle of a kink, divided by the median of those at all points."""
+"""Least angle of a kink, divided by the median angle at all points."""
 TOGETHER = 0.02
-"""Spacing below which a point is left out, relative to the usual one: its direction is rounding."""
+"""Spacing relative to the usual one below which a point is left out: its direction would be
+rounding."""
 LOST = 1.0
-"""Height of a wheel's flange that may be missing in what touches [mm]."""
+"""Height of a wheel's flange that may be missing in the part that can touch [mm]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -332,9 +333,7 @@ class Profile(checks.Checked):
 
     @checks.named_options()
     def smoothed(self, length: float) -> Profile:
-        """The same points with another smoothing, of the wavelength `length` [mm], see
-        `Profile`.
-        """
+        """Copy with another smoothing, of the wavelength `length` [mm], see `Profile`."""
         return replace(self, smoothing=length)
 
     @checks.named_options()

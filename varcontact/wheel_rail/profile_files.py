@@ -36,13 +36,14 @@ NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?$")
 WITH_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eEdD][-+]?\d+)?$")
 SECTION = re.compile(r"\[Profile\d+Points\]$", re.IGNORECASE)
 SAYS_Z = re.compile(r"\bz down\b|^\s*mirror\.z\s*=", re.MULTILINE)
-"""In files of varcontact, and in SIMPACK's header: the direction of z is no guess."""
+"""Pattern of files with a stated direction of z: of varcontact, and with SIMPACK's header."""
 SAYS_Z_UP = re.compile(r"\bz up\b")
-"""In MiniProf's files of varcontact."""
+"""Pattern of MiniProf files written by varcontact, with z up."""
 POINT_COUNT = re.compile(r"^\s*XYPoints\s*=\s*(\d+)", re.MULTILINE)
-"""In MiniProf's header."""
+"""Pattern of the number of points in MiniProf's header."""
 COUNTED = 0.95
-"""Part of these points below which a file is probably cut off; files in use have 0.96 and more."""
+"""Part of the announced points below which a file is probably truncated; files in use have 0.96 and
+more."""
 COLUMN_NAMES = re.compile(r"\b[yz]\b", re.IGNORECASE)
 NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
 CHANGES = {
@@ -51,13 +52,12 @@ CHANGES = {
     "units.len.f": 1000.0,
     "units.ang.f": 1.0,
 }
-"""Keywords of SIMPACK's header that change its points, and their values where they are not
-given."""
+"""Keywords of SIMPACK's header that change its points, with their default values."""
 
 
 class DoubtfulProfile(UserWarning):
-    """Points that look like a profile of the other kind, upside down, or of exchanged sides; a file
-    that looks cut off.
+    """Points that look like a profile of the other kind, upside down, or with exchanged sides; or a
+    file that looks truncated.
     """
 
 
@@ -110,7 +110,7 @@ def _text_of(file: Path) -> str:
         encoding = "utf-16"
     try:
         return content.decode(encoding)
-    except UnicodeDecodeError:  # a header in the letters of old Windows
+    except UnicodeDecodeError:  # a header in an old Windows encoding
         return content.decode("cp1252", errors="replace")
 
 
@@ -175,7 +175,7 @@ def _columns(name: str, lines: list[str]) -> list[list[float]]:
 
 
 def _is_heading(text: str) -> bool:
-    """True if a line has words, of which NaN and infinity are none."""
+    """True if a line contains words other than NaN and infinity."""
     return not all(NUMBER.match(word) or NO_NUMBER.match(word) for word in _words(text))
 
 
@@ -238,7 +238,7 @@ def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
     rows: list[list[float]] = []
     for number, text in list(enumerate(texts, 1))[_header_end(lines) :]:
         numbers = text
-        if columns:  # behind the numbers of all columns words are a remark
+        if columns:  # words after the numbers of all columns are a remark
             numbers = " ".join(_words(text)[: len(columns)])
         values = _numbers(numbers) or []
         if len(values) >= 2:

@@ -10,25 +10,25 @@ from varcontact.errors import SceneError
 from varcontact.wheel_rail.curve import Curve
 
 STEP = 0.05
-"""Distance of samples of the curve to which points are projected [mm]."""
+"""Spacing of the samples of the curve on which points are projected [mm]."""
 FAR = 20.0
-"""Distance above which a point is not opposite the curve [mm]."""
+"""Distance beyond which a point is not opposite the curve [mm]."""
 FEWEST = 10
-"""Points that must be opposite the curve."""
+"""Least number of points opposite the curve."""
 MOTIONS = 200
-"""Steps of the fit at most."""
+"""Largest number of steps of the fit."""
 MOTION_TOL = 1e-10
-"""Change of shift [mm] and rotation [rad] that ends the fit."""
+"""Change of shift [mm] and rotation [rad] at which the fit ends."""
 
 BESIDE = 5
-"""Points to either side through which the parabola of a point runs."""
+"""Points on either side through which the parabola at a point is fitted."""
 DEVIATIONS = 6.0
-"""Distance of an outlier, in robust standard deviations of all distances."""
+"""Least distance of an outlier, in robust standard deviations of all distances."""
 DISTANCE_MIN = 0.02
 """Least distance of an outlier [mm]."""
 CURVATURE_JUMP = 0.1
-"""Jump of curvature between arcs of designed profiles [1/mm], of which 1/10 times the square of the
-half width is taken for no outlier."""
+"""Jump of curvature between arcs of designed profiles [1/mm]; 1/10 of it times the square of the
+half width does not count as an outlier."""
 MAD = 1.4826
 """Standard deviation of normal noise, divided by its median absolute deviation."""
 BISQUARE = 4.685
@@ -80,7 +80,7 @@ def fitted(
         opposite = np.isfinite(distances) & (feet[:, 0] >= over[0]) & (feet[:, 0] <= over[1])
         if opposite.sum() < FEWEST:
             raise SceneError("to", int(opposite.sum()), message=_apart(points, over))
-        # small rotations are about the middle of the points that count
+        # small rotations are about the centre of the opposite points
         middle = moved[opposite].mean(axis=0)
         arms = moved[opposite] - middle
         normal = normals[opposite]

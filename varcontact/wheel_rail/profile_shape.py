@@ -16,38 +16,39 @@ if TYPE_CHECKING:
     from varcontact.wheel_rail.profile import Profile
 
 NARROWEST = 1.0
-"""Smallest width of a profile [mm]; in metres none has it."""
+"""Smallest width of a profile [mm], above that of any profile in metres."""
 WIDEST = 1000.0
-"""Largest width of a profile [mm]; in micrometres all have more, and so have both rails of a
+"""Largest width of a profile [mm], below that of any in micrometres, and of both rails of a
 track."""
 ON_LINE = 1e-6
 """Distance below which a point lies on a line [mm]."""
 FLANGE = 0.1
 """Least distance of a wheel's flange from the middle, relative to the width."""
 TIP = 10.0
-"""Least depth of its tip below the median of the points [mm]."""
+"""Least depth of a flange's tip below the median of the points [mm]."""
 FLANGE_WIDTH = 3.0
 """Least width of a flange within a millimetre of its tip [mm]."""
 FLANGE_FACE = 5.0
-"""Least height of its face, steeper than 45 degrees [mm]: balls, cones, and hollow or barrelled
-treads have none."""
+"""Least height of a flange's face that is steeper than 45 degrees [mm]: balls, cones, and hollow or
+barrelled treads have none."""
 FINE = 0.1
-"""Step along the points at which a flange is looked for [mm]."""
+"""Step along the points in the search for a flange [mm]."""
 WIDE = 10.0
-"""Width of a part beside the highest one of a rail that a wheel may touch as well [mm]."""
+"""Least width of a further part of a rail, beside the highest one, that a wheel may touch [mm]."""
 BACK = 3.0
 """Smallest rise of a wheel's flange behind its tip, where that is part of the profile [mm]."""
 FLAT_DEPTH = 1 / 5
-"""Part of the depth of a rail from its lowest point in which it is flat if it is upside down."""
+"""Part of a rail's depth, from its lowest point, within which the points of an upside-down rail are
+flat."""
 FLAT_WIDTH = 2 / 3
-"""Part of the width above which it is: heads are flat on top. Of a groove, even half a circle, it
-is 0.6 at most."""
+"""Part of the width above which a profile counts as flat, as rail heads are; for a groove, even
+half a circle, it is at most 0.6."""
 OUTWARDS = 1 / 80
 """Slope to the field side above which the sides of a rail are probably exchanged; 1:20 and 1:40 to
 the track side are usual."""
 BESIDE = 50
-"""The top of a rail, or the lowest point of a wheel, with one in BESIDE of the points to either
-side, three at least, shows which way they run."""
+"""Divisor for the number of points on either side of a rail's top, or a wheel's lowest point, that
+show the order of points; at least three are used."""
 
 
 def check_shape(points: np.ndarray) -> None:
@@ -136,8 +137,8 @@ def direction(points: np.ndarray, kind: Kind) -> int:
 
 
 def doubt_of(points: np.ndarray, kind: Kind) -> str:
-    """A sentence on points that look like those of the other kind, z that points up, or a wheel's
-    flange on the field side.
+    """Sentence on points that look like the other kind, z pointing up, or a wheel's flange on the
+    field side.
     """
     y, z = points.T
     other: Kind = "wheel" if kind == "rail" else "rail"
@@ -177,14 +178,14 @@ def _parts(y: np.ndarray, z: np.ndarray) -> list[tuple[float, float]]:
 
 
 def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
-    """True if the z of a file is to change its sign, where nobody says it."""
+    """True if the z of a file is to change its sign, unless the file states its direction."""
     points, kind, says_z = read_points(path, kind)
     y, z = scale * points.T
     return not says_z and guess_mirror(y, z, kind, path)
 
 
 def guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) -> bool:
-    """The same of the points of a file."""
+    """True if the z of a file's points is to change its sign; a warning gives the reason."""
     file = Path(path)
     suffix = file.suffix.lower()
     if kind == "rail" and suffix in Z_UP:

@@ -33,7 +33,7 @@ ColumnDef=X,Y
 
 {points}
 """
-"""Of rails with z up, as MiniProf measures them, of wheels with z down."""
+"""Template of a MiniProf file: rails with z up, wheels with z down, as MiniProf measures them."""
 
 
 def endings_of(kind: Kind) -> tuple[str, ...]:

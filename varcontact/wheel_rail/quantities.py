@@ -22,7 +22,7 @@ Picture = Literal["positions", "sweep"]
 KEYS = ("position", "side", "patch")
 """Columns that say which patch a row is of."""
 TEXTS = ("outcome", "reason", "warnings")
-"""Columns on the solution of a case, in words."""
+"""Columns with texts about the solution of a case."""
 WORDS = ("side", *TEXTS, "identity")
 """Columns that are no numbers."""
 

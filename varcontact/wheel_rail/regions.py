@@ -1,5 +1,5 @@
-"""Friction by region of a rail: tread, gauge corner and gauge face, as the inclination of its
-surface tells.
+"""Friction by region of a rail (tread, gauge corner, gauge face), from the inclination of its
+surface.
 """
 
 from __future__ import annotations

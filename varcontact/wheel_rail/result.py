@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from varcontact.gradients.outputs import Output
 
 CONFORMAL = 3.0
-"""Half widths that the radius of curvature of each profile should have at least, for
-half-spaces."""
+"""Least radius of curvature of each profile, in half widths of a patch, for half-spaces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,8 +172,8 @@ class WheelRailSolution(Reported, WheelForces):
 
     @lazy_property
     def too_wide(self) -> tuple[dict[str, float], ...]:
-        """Of each patch in a plane, the radii of curvature [mm] of profiles that are small beside
-        it.
+        """Radii of curvature [mm] of profiles that are small beside the patch, one dict a patch;
+        empty for patches on a curved surface.
         """
         return tuple(_too_wide(self.case, each) for each in self.patches)
 
@@ -402,7 +401,7 @@ def _too_wide(case: WheelGeometry, solved: PatchSolution) -> dict[str, float]:
         return {}
     across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
     for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
-        # on average over the patch, as far as the profile goes on: noise does not count
+        # averaged over the patch, within the ends of the profile, so that noise does not matter
         ends = curve.points(curve.s[[0, -1]])[:, 0]
         turned = curve.angles(curve.at(np.clip(y + across, *ends)))
         curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half

@@ -24,19 +24,19 @@ from varcontact.wheel_rail.profile_shape import guess_mirror_z
 from varcontact.wheel_rail.slices_file import read_slices_file
 
 SLICES = (".slcs", ".slcw")
-"""Endings of CONTACT's files."""
+"""Endings of CONTACT's files of slices."""
 TABLE = 0.25
-"""Step along a section where the search for its points begins [mm]."""
+"""Step of the table of a section, from which the search for its points starts [mm]."""
 STEPS = 8
-"""Newton steps to a section."""
+"""Newton steps in the projection on a section."""
 STEP_TOL = 1e-11
-"""Distance [mm] of the last of these steps."""
+"""Length of the last of these steps [mm]."""
 OFF_TOL = 1e-3
-"""Distance of a point from the surface [mm] above which the steps led nowhere."""
+"""Distance from the surface [mm] above which these steps have failed."""
 LEAST_WEIGHT = 1e-10
-"""Weight below which a slice does not count."""
+"""Weight below which a slice is left out."""
 BREAKPOINT_WEIGHT = 0.1
-"""Weight above which its kinks and breakpoints count."""
+"""Weight above which the kinks and breakpoints of a slice are used."""
 DIGITS = 10
 """Decimals of v in which breakpoints of two slices differ."""
 
@@ -292,7 +292,7 @@ def _rails_of(
 
 
 def sliced(given: Profile | ProfileSlices) -> ProfileSlices:
-    """Slices as they are, and a profile as the only one."""
+    """Slices unchanged; a profile as the only slice."""
     if isinstance(given, ProfileSlices):
         return given
     return ProfileSlices(profiles=given, positions=[0.0])

@@ -39,7 +39,7 @@ class SlicesFile:
 
 
 def read_slices_file(file: Path, kind: Kind, profile_of: Callable[[Path], Profile]) -> SlicesFile:
-    """The slices of a file, whose profiles are looked for from its folder."""
+    """Slices from a file; the files of its profiles are searched relative to its folder."""
     lines = Lines(file)
     # the header
     offset, by_unit = lines.group("S_OFFSET", "S_SCALE").numbers()

@@ -31,10 +31,10 @@ from varcontact.wheel_rail.wheel_on_elements import (
 )
 
 SIDE_BY_SIDE = 32
-"""Parts of a sweep whose tractions are solved for at a time."""
+"""Largest number of parts of a sweep whose tractions are solved side by side."""
 TARGETS = ("accuracy", "time_budget")
 Answer = tuple[int, WheelRailSolution | VarcontactError]
-"""The number of a wheel, and its solution or what refuses it."""
+"""Number of a wheel, and its solution or the error that refuses it."""
 
 
 def solve_wheel_on_rail(
@@ -86,7 +86,7 @@ def solve_wheels_on_rails(
                 counts.append(len(own))
             # tractions of all
             remaining = iter(with_tractions_batched(contacts) if together else contacts)
-            # forces, which tell the heights after
+            # forces, from which the next heights follow
             for each, count in zip(going, counts, strict=True):
                 each.learn(list(islice(remaining, count)))
         for each in going:
@@ -105,8 +105,8 @@ def _parts(cases: Sequence[WheelGeometry]) -> list[dict[int, WheelGeometry]]:
 
 @contextmanager
 def without_plausibility_warnings() -> Iterator[None]:
-    """Plausibility warnings of scenes of patches are left out: `warn_of_patches` has them, each
-    once.
+    """Context without plausibility warnings of the patches' scenes, which `warn_of_patches` gives
+    once each.
     """
     with one_blas_thread(), catch_warnings():
         simplefilter("ignore", PlausibilityWarning)
@@ -132,9 +132,9 @@ class _Series:
         self._methods = methods
         self._on_first = on_first
         self._answers: dict[int, WheelRailSolution | VarcontactError] = {}
-        # of the wheels before
+        # start of the next wheel
         self._start: Start | None = None
-        # of the wheel that is solved now
+        # the wheel in progress
         self._number = -1
         self._wheel: WheelOnElements | None = None
         self._in_plane: WheelOnElements | None = None
@@ -144,13 +144,15 @@ class _Series:
         return self._wheel is None and not self._left
 
     def new_answers(self) -> list[Answer]:
-        """Numbers and solutions, or refusals, since this was asked last."""
+        """Numbers and solutions, or errors, since the last call."""
         found = list(self._answers.items())
         self._answers.clear()
         return found
 
     def propose(self) -> list[ContactOnGrid]:
-        """Contacts with their pressures, whose tractions come next; none where a wheel ends."""
+        """Contacts with pressures whose tractions are to be solved next; none where a wheel
+        ends.
+        """
         try:
             if self._wheel is None:
                 self._begin()
@@ -164,7 +166,7 @@ class _Series:
         return []
 
     def learn(self, contacts: list[ContactOnGrid]) -> None:
-        """The contacts that were proposed."""
+        """Pass the solved contacts on to the wheel that proposed them."""
         if self._wheel is None:
             return
         try:
@@ -173,7 +175,7 @@ class _Series:
             self._refuse(error)
 
     def _begin(self) -> None:
-        """The next wheel."""
+        """Begin the next wheel."""
         self._number, case = self._left.popleft()
         tol = checks.positive("tol", self._tol)
         target = _target(case, self._methods)
@@ -187,7 +189,9 @@ class _Series:
         self._answer(to_target(case, tol, methods, target, self._on_first), [])
 
     def _after(self, wheel: WheelOnElements) -> None:
-        """The wheel again on a curved surface where a plane is too flat; else its answer."""
+        """Record the answer of a wheel, or solve it again on a curved surface if its contact is too
+        wide for a plane.
+        """
         solution = wheel.solution()
         case = solution.case
         flat = case.plane_or_curved and not wheel.by_theory
@@ -198,17 +202,19 @@ class _Series:
             self._answer(solution, wheel.operators)
 
     def _refuse(self, error: VarcontactError) -> None:
-        """The error as the answer, or the solution in a plane where a curved surface has none."""
+        """Record an error as the answer, or the solution in a plane if there is none on a curved
+        surface.
+        """
         flat = self._in_plane
         if flat is not None and isinstance(error, NotConverged | SceneError):
-            # a profile that turns too fast or is too rough: the warning tells
+            # a profile that turns too fast or is too rough: the plane's warning remains
             self._answer(flat.solution(), flat.operators)
             return
         self._answers[self._number] = error
         self._end()
 
     def _answer(self, solution: WheelRailSolution, operators: Sequence[Operators]) -> None:
-        """A solution, and the start of the next wheel."""
+        """Record a solution, which is also the start of the next wheel."""
         self._start = Start(solution, operators)
         self._answers[self._number] = solution
         self._end()
@@ -219,7 +225,9 @@ class _Series:
 
 
 def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:
-    """The accuracy or time that grids are chosen for: by default where nothing determines them."""
+    """Accuracy or time for which grids are chosen; by default where nothing else determines the
+    grids.
+    """
     check_methods(case, methods)
     theory = methods.get("tangential") in THEORIES
     given = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
@@ -234,7 +242,7 @@ def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:
 
 
 def check_methods(case: WheelGeometry, methods: dict[str, Any]) -> None:
-    """Refuse methods that wheels do not have, or that do not go with the elements of this one."""
+    """Refuse methods that wheels do not have, or that do not suit the elements of this one."""
     theory = methods.get("tangential") in THEORIES
     checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
     if methods.get("store") is not None:

@@ -53,14 +53,14 @@ START = 0.5, 0.125
 """Sides of elements [mm] for the first height, where grids are chosen."""
 
 ACROSS = 14
-"""Elements across the smallest patch on the coarsest of three sets of elements, which tell the
-error by default."""
+"""Elements across the smallest patch on the coarsest of the three sets of elements used for error
+estimates by default."""
 
 START_TOL = 1e-3
 """Relative error of the load at that height."""
 
 MOVED = 0.02
-"""Change of the height, relative to the least approach, from which contacts are determined
+"""Change of the height, relative to the least approach, above which contacts are determined
 again."""
 
 
@@ -71,8 +71,8 @@ def to_target(
     target: Target,
     on_first: Callable[[WheelRailSolution], None],
 ) -> WheelRailSolution:
-    """To an accuracy or within a time, with error bars; on a curved surface where a plane is too
-    flat.
+    """Solution to an accuracy or within a time, with error bars; on a curved surface if a contact
+    is too wide for a plane.
     """
     started = time.perf_counter()
     rough = replace(case.in_planes(), dx=START[0], dy=START[1])
@@ -94,7 +94,7 @@ def to_target(
     if case.curved:
         return on_curved_surface()
     if case.plane_or_curved and any(first.too_wide):
-        # a profile that turns too fast or is too rough: the warning tells
+        # a profile that turns too fast or is too rough: the plane's warning remains
         with suppress(NotConverged, SceneError):
             return on_curved_surface()
     return _from_first(case, tol, methods, target, first, started, chosen)
@@ -108,7 +108,7 @@ def _first(
     started: float,
     start: Start | None = None,
 ) -> WheelRailSolution:
-    """A first solution on coarse elements: the height, where the contacts are, and whether noise
+    """First solution on coarse elements: it gives the height, the contacts, and whether noise
     dominates them.
     """
     methods = methods | {"certify": None}
@@ -121,7 +121,7 @@ def _first(
 
 
 def _deadline(target: Target, started: float, few: bool) -> float:
-    """The clock at which solvers end within a time; a few coarse grids may take longer."""
+    """Clock time at which solvers stop, for a time budget; a few coarse grids may take longer."""
     if target.time_budget is None:
         return math.inf
     return started + TIME_BUDGETS_MAX * target.time_budget + (COARSEST_SECONDS if few else 0.0)
@@ -141,11 +141,11 @@ def _from_first(
     started: float,
     chosen: bool,
 ) -> WheelRailSolution:
-    """From a first solution to an accuracy on grids that are `chosen` for it, else on finer and
-    finer elements.
+    """Solution to an accuracy, from a first one, on grids that are `chosen` for it, else on finer
+    and finer elements.
 
-    By default three sets of elements tell the error where grids cannot be chosen for an accuracy or
-    do not reach it, and where noise dominates the pressure.
+    By default the error is estimated from three sets of elements where grids cannot be chosen for
+    an accuracy or do not reach it, and where noise dominates the pressure.
     """
     if chosen:
         try:
@@ -155,7 +155,7 @@ def _from_first(
                 raise
             try:
                 return _on_finer_elements(case, tol, methods, target, first, started)
-            except SceneError:  # of elements that nobody gave
+            except SceneError:  # errors about elements that the user did not give
                 raise error from None
     return _on_finer_elements(case, tol, methods, target, first, started)
 
@@ -167,7 +167,8 @@ def _to_accuracy(
     methods: dict[str, Any],
     target: Target,
 ) -> WheelRailSolution:
-    """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
+    """Solution on grids chosen for an accuracy: half of it for normal forces, half for tangential
+    ones.
 
     Distances and frames are those of a height near that which carries the load. From there the
     normal forces grow by the power 3/2 of the depth; grids stay, so that forces do not jump.
@@ -190,10 +191,10 @@ def _on_finer_elements(
     first: WheelRailSolution,
     started: float,
 ) -> WheelRailSolution:
-    """On elements that are finer by `RATIO` each time, three times or as often as the time allows.
+    """Solution on elements finer by `RATIO` each time, three times or as often as the time allows.
 
-    Forces are those of the last, without extrapolation: they balance the load. The last three tell
-    the errors.
+    Forces are those on the finest elements, without extrapolation: they balance the load. Their
+    errors are estimated from the last three sets.
     """
     ends = 0.0 if target.time_budget is None else started + target.time_budget
     n = float(ACROSS if target.time_budget is None else COARSEST_ELEMENTS)
@@ -307,7 +308,9 @@ def _near(
     methods: dict[str, Any],
     target: Target,
 ) -> WheelRailSolution:
-    """To an accuracy, with the distances and frames at the height of a solution."""
+    """Solution to an accuracy, with the distances and frames at the height of a previous
+    solution.
+    """
     patches = patches_at(case, near.z, with_grid=False)
     frames = [each.frame for each in patches]
     cosines = np.cos([each.angle for each in patches])
@@ -345,8 +348,8 @@ def _at_approaches(
     target: Target,
     operators: Sequence[dict[Grid, Operators]],
 ) -> tuple[list[Solution], list[list[GridLevel]]]:
-    """The patches at their approaches, which tell the normal forces; and on all grids where they
-    have tractions, as far as these change the pressure.
+    """Solutions of the patches at their approaches, which give the normal forces; and the levels on
+    all grids of those whose tractions change the pressure.
     """
     held = []
     levels: list[list[GridLevel]] = []
@@ -370,7 +373,7 @@ def _largest_error(solution: Solution) -> float:
 
 
 def _loads(patches: Sequence[ContactPatch], forces: Sequence[float], deeper: float) -> list[float]:
-    """Normal forces of patches that are deeper, by the power 3/2 of the approach."""
+    """Normal forces of patches at a greater depth, by the power 3/2 of the approach."""
     found = []
     for patch, force in zip(patches, forces, strict=True):
         ratio = 1 + deeper * np.cos(patch.angle) / patch.approach

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 KEYS_OF = {"axle": KEYS[:1], "wheel": KEYS[:2], "patch": KEYS}
-"""The columns that tell rows apart, by what a quantity is of."""
+"""Columns that identify a row, by what a quantity belongs to."""
 
 
 def _of_wheel_sets(given: Mapping[str, Any]) -> tuple[str, ...]:

@@ -28,7 +28,7 @@ NUMBERS = ("y", "z", "lateral", "vertical", "roll_rate")
 WIDEST_FLANGE = 40.0
 """Largest distance from the back of a flange to its tip [mm]."""
 ROLLER_REACH = 50.0
-"""Distance from the top of a roller up to which it is described [mm]."""
+"""Distance from the top of a roller up to which its surface is described [mm]."""
 ROLLER_SLICES = 101
 FINE = 0.02
 """Step along the profile in the search for the gauge point [mm]."""
@@ -182,7 +182,7 @@ class Track(
 
     @lazy_property
     def of_sides(self) -> dict[Side, Track]:
-        """The tracks whose rails are those of one side: itself, where both sides have the same."""
+        """Tracks with the rails of one side each; the track itself, if both sides have the same."""
         if self.left_rail is self.right_rail is None:
             return dict.fromkeys(SIGN, self)
         rails: dict[Side, Any] = {
@@ -196,13 +196,13 @@ class Track(
 
     @property
     def _round(self) -> bool:
-        """True where rails have one profile each, of which rollers can be made."""
+        """True where each rail has a single profile, from which a roller can be made."""
         given = (self.rail, self.left_rail, self.right_rail)
         return all(each is None or isinstance(each, Profile) for each in given)
 
     @lazy_property
     def rails(self) -> tuple[ProfileSlices, ...]:
-        """All rails under one wheel; a roller sinks before and behind its top."""
+        """Rails under one wheel; a roller's surface falls before and behind its top."""
         if self.roller_radius is not None:
             assert isinstance(self.rail, Profile)
             s = np.linspace(-ROLLER_REACH, ROLLER_REACH, ROLLER_SLICES)
@@ -214,7 +214,7 @@ class Track(
 
     @property
     def profile(self) -> Profile:
-        """The one from which gauge and rail tops are measured."""
+        """Profile from which gauge and rail tops are measured."""
         return self.rails[0].first
 
     @property
@@ -262,7 +262,9 @@ class Track(
 
     @lazy_property
     def _placed(self) -> dict[Side, Curve]:
-        """What `placed` gives, by the side: the same for all wheels on the track."""
+        """Curves of the rails that `placed` returns, by side: the same for all wheels on the
+        track.
+        """
         return {side: self._in_track(self.profile, side).highest() for side in SIGN}
 
     def _in_track(self, profile: Profile, side: Side) -> Curve:
@@ -423,7 +425,7 @@ class WheelSet(
 
     @lazy_property
     def _placed(self) -> dict[Side, Curve]:
-        """What `placed` gives, by the side: the same in all positions."""
+        """Curves of the wheels that `placed` returns, by side: the same in all positions."""
         return {side: self._on_axle(self.profile, side) for side in SIGN}
 
     def _on_axle(self, profile: Profile, side: Side) -> Curve:
@@ -442,7 +444,7 @@ class WheelSet(
 
 
 def flange_tip(profile: Profile) -> float | None:
-    """y of the tip of a wheel's flange [mm]; None of a wheel without one."""
+    """y of the tip of a wheel's flange [mm]; None for a wheel without one."""
     if flange(profile.y, profile.z) >= 0:
         return None
     return float(profile.y[profile.z.argmax()])

@@ -57,17 +57,18 @@ from varcontact.wheel_rail.wheel_geometry import WheelGeometry
 EPSILON = 0.55
 """Ratio of the virtual penetration to the approach, Kik and Piotrowski's."""
 STRIPS = 60
-"""Across the overlap, over which the deflection is summed up."""
+"""Strips across the overlap, over which the deflection is summed."""
 FINER = 16
-"""Parts of the distance of two circles, for the ends of a patch."""
+"""Subdivisions of the distance between circles, for the ends of a patch."""
 NEAR = 3
-"""Circles to either side of the deepest where the distance is too small for a curvature."""
+"""Circles to either side of the deepest one over which the distance is too small for a
+curvature."""
 NORMAL = ("virtual-penetration", "analyn", "hertz")
 
 
 @dataclass(frozen=True)
 class FastEllipse:
-    """The ellipse that stands for a patch.
+    """Ellipse that approximates a patch.
 
     Attributes
     ----------
@@ -219,7 +220,7 @@ def estimated(
     tol: float = 1e-6,
     options: dict[str, Any] | None = None,
 ) -> FastWheel:
-    """The same without plausibility warnings, for wheels of a search or a table."""
+    """Estimate of a wheel without plausibility warnings, for searches and tables."""
     options = options or {}
     case.check_bare()
     check_sides(case.track.profile)
@@ -363,8 +364,8 @@ def _by_virtual_penetration(
     angle: float,
     radius: float,
 ) -> FastEllipse:
-    """See the module; `depth` is the overlap over the places `across` the rail from the deepest
-    point.
+    """Ellipse by virtual penetration (see the module); `depth` is the overlap over the places
+    `across` the rail from the deepest point.
     """
     from scipy.special import ellipe, ellipkm1
 
@@ -390,7 +391,7 @@ def _by_hertz_of_each_strip(
     angle: float,
     radius: float,
 ) -> FastEllipse:
-    """See the module."""
+    """Ellipse by Hertz's formulas for each strip (see the module)."""
     cosine = float(np.cos(angle))
     A = np.cos(angle) / (2 * radius)
     z = (approach - depth) * cosine

@@ -18,11 +18,11 @@ from varcontact.errors import SceneError
 
 Pieces = Sequence[tuple[float, float, float]]
 BRITISH_RAIL = ((0.0, 0.25, 0.0), (100.0, 0.0, 25.0), (200.0, 1.19, -154.0))
-"""From T-gamma [N] on: slope and constant of the area worn off by distance, times the diameter
-[mm^2/km mm]."""
+"""Pieces (T-gamma [N] from which it holds, slope, constant) of British Rail's function: worn area
+per distance, times the diameter [mm^2/km mm]."""
 SHEFFIELD = ((0.0, 5.3, 0.0), (10.4, 0.0, 55.0), (77.2, 61.9, 55.0 - 61.9 * 77.2))
-"""From T-gamma per area [N/mm^2] on: slope and constant of the mass by distance and area [ug/(m
-mm^2)]."""
+"""Pieces (T-gamma per area [N/mm^2] from which it holds, slope, constant) of Sheffield's function:
+worn mass per distance and area [ug/(m mm^2)]."""
 WHOLE_LIFE = (0.0, 15.0, 65.0, 175.0), (0.0, 0.0, 10.0, 0.0)
 """T-gamma [N], and the damage by fatigue of one passage [1e-6] at these, linear in between."""
 

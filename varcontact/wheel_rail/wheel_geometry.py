@@ -40,7 +40,8 @@ from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
 
 STEEL = Bodies(G=82000.0, nu=0.28)
 STIFFEST = 1e6
-"""Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
+"""Shear modulus [N/mm^2] above that of any material (diamond has half of it): larger ones are in
+Pa."""
 FLAT = SampledDistance(np.zeros((1, 1)))
 """Samples over a plane, which have been checked: those of patches are like them."""
 STEADY = Steady()
@@ -333,7 +334,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
             "motion": motion,
             "grid": "auto" if sides is None else grid,
         }
-        if self.curved:  # how far it turns is known here
+        if self.curved:  # the turn of the surface is known here
             scene = replace(self._scene, **entries)
         else:
             scene = changed(self._scene, **entries)
@@ -404,13 +405,13 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
 
     @property
     def tractions_bear_load(self) -> bool:
-        """True where tractions carry a part of the vertical force, or change the pressures."""
+        """True where tractions carry part of the vertical force, or change the pressures."""
         return self.with_friction or self.bodies.coupled or self.curved
 
     @property
     def patches_tell(self) -> bool:
-        """True where the approach of a patch under a load tells the height that bears it: of
-        elastic bodies, in a plane.
+        """True where the approach of a patch under a load gives the height that carries it: elastic
+        bodies, in a plane.
         """
         return not (self.curved or self.bodies.relaxes)
 
@@ -425,40 +426,38 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         return self.conformal == "auto"
 
     def in_planes(self) -> Self:
-        """The same wheel, whose contacts are in planes."""
+        """Copy whose contacts are in planes."""
         return replace(self, conformal=False)
 
     def on_curved_surface(self) -> Self:
-        """The same wheel, whose contact is on a curved surface."""
+        """Copy whose contact is on a curved surface."""
         return replace(self, conformal=True)
 
     def with_sides(self, dx: float, dy: float) -> Self:
-        """The same wheel at the same place on elements with other sides."""
+        """Copy on elements with other sides [mm]; the place of the wheel stays."""
         names = ("rail", "wheel", "locus", "_bodies", "_scene")
         same = {name: getattr(self, name) for name in names}
         return changed(self, dx=dx, dy=dy, **same)
 
     def with_surface_of(self, before: WheelGeometry) -> Self:
-        """The same wheel on a plane or a curved surface as the wheel `before`, where it is left
-        open.
-        """
+        """Copy on a plane or a curved surface as the wheel `before`, where that is left open."""
         if not self.plane_or_curved:
             return self
         return replace(self, conformal=before.curved)
 
     def check_bare(self) -> None:
-        """Refuse what lies between wheel and rail where theories have none."""
+        """Refuse a third body or thermal data, which theories do not support here."""
         for name in ("third_body", "thermal"):
             if getattr(self, name) is not None:
                 allowed = "left out of an estimate: fast theories have none here"
                 raise SceneError(name, "given", allowed)
 
     def not_in_planes(self, allowed: str) -> SceneError:
-        """The error of what is for contacts in planes alone."""
+        """Error for requests that are supported for contacts in planes only."""
         return SceneError("conformal", self.conformal, allowed)
 
     def check_in_steps(self, field: str) -> None:
-        """Refuse what steps of a history do not have."""
+        """Refuse what steps of a history do not support."""
         refused = {
             "conformal": self.curved,
             "slip_by_element": self.slip_by_element,

@@ -32,22 +32,20 @@ from varcontact.wheel_rail.wheel_geometry import ELEMENT, ContactPatch, WheelGeo
 
 Item = TypeVar("Item")
 ON_ELLIPSE = 32
-"""Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
-jump.
-"""
+"""Elements across the ellipse of a theory in either direction, the same at all heights so that
+forces do not jump."""
 LEAST_COSINE = 0.9
-"""Cosine of the contact angle below which a patch on elements moves with the height too far to tell
-the next one.
-"""
+"""Cosine of the contact angle below which a patch moves too far with the height to give the next
+one."""
 ACROSS_FIRST = 8
-"""Elements across the overlap of all patches, with which the first height is found."""
+"""Elements across the overlap of all patches in the search for the first height."""
 COARSER = 16.0
-"""Ratio of the areas of elements from which coarse ones are worth their own geometry."""
+"""Ratio of element areas above which a separate geometry on coarse elements pays off."""
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Begin of the search for a height: the solution of a wheel near it, with its operators if
+    """Start of the search for a height: the solution of a similar wheel, with its operators if
     known.
     """
 
@@ -123,7 +121,7 @@ class WheelOnElements:
 
     @property
     def done(self) -> bool:
-        """True if a height is found that carries the load."""
+        """True if a height that carries the load is found."""
         return self._search.done
 
     def propose(self) -> list[ContactOnGrid]:
@@ -173,16 +171,16 @@ class WheelOnElements:
         return WheelRailSolution(self._case, self._search.z, patches, self._search.rounds)
 
     def curved(self) -> WheelOnElements:
-        """The same wheel on a curved surface."""
+        """Wheel on the same elements, with contact on a curved surface."""
         return WheelOnElements(self._case.on_curved_surface(), self._tol, self._methods)
 
     @property
     def operators(self) -> list[Operators]:
-        """On the grids of the patches."""
+        """Operators on the grids of the patches."""
         return [each.disc.operators for each in self._contacts]
 
     def _first_height(self) -> float:
-        """The height at which normal forces on coarse elements bear the load."""
+        """Height at which the normal forces on coarse elements carry the load."""
         case = self._case
         if case.z is not None or case.curved:
             return self._search.z
@@ -198,7 +196,7 @@ class WheelOnElements:
             return self._search.z
         coarse = case.with_sides(coarse_dx, coarse_dy)
         wheel = WheelOnElements(coarse, self._tol, self._methods, deadline=self._deadline)
-        # coarse elements may miss what fine ones have
+        # coarse elements may miss a contact that fine ones find
         with suppress(NotConverged, SceneError):
             z, self._pressures = wheel.height_by_pressures()
             self._starts_near = True
@@ -216,10 +214,10 @@ class WheelOnElements:
         return self._search.propose(), self._pressures
 
     def _press_and_check(self) -> bool:
-        """Press the contacts at a height; True if they bear nearly the load.
+        """Press the contacts at a height; returns True if they nearly carry the load.
 
-        The first height but one that is near by itself needs no pressure of its own: the load tells
-        the next.
+        At the first height, unless that is known to be near, the pressure itself is not needed: the
+        solution under the load gives the next height.
         """
         if self._case.z is not None:
             return True
@@ -246,8 +244,8 @@ class WheelOnElements:
         return not patch.interactions and float(patch.frame.axes[2, 2]) >= LEAST_COSINE
 
     def _press_by_load(self) -> None:
-        """The patch of a first height under the load alone, which tells the height that bears it,
-        and about what it bears where it is.
+        """Solve the patch of a first height under the load alone; predicts the height that carries
+        it, and estimates the force at the present height.
         """
         (patch,) = self._height.patches
         (contact,) = self._with_initial_guesses()
@@ -278,7 +276,7 @@ class WheelOnElements:
         self._search.learn_normal(vertical(self._height.frames, forces, False))
 
     def _with_initial_guesses(self) -> list[ContactOnGrid]:
-        """The contacts with the pressures that their solution begins with."""
+        """Contacts with the pressures from which their solution starts."""
         starts = self._pressures
         patches = self._height.patches
         if len(starts) != len(patches):
@@ -302,8 +300,8 @@ class WheelOnElements:
             self._expect(self._under_goal(pressed[0]))
 
     def _with_pressures(self) -> list[ContactOnGrid]:
-        """Contacts that have their pressures, and tractions to begin with; none where tractions
-        change a pressure.
+        """Contacts with their pressures, and tractions to start from; empty where tractions change
+        a pressure.
         """
         pressed = self._height.pressed
         if not pressed or not all(each.keeps_pressure for each in pressed):
@@ -318,15 +316,15 @@ class WheelOnElements:
 
     @property
     def patches_alone(self) -> bool:
-        """True if patches are solved as scenes by themselves, and not proposed: by a theory."""
+        """True if patches are solved as separate scenes by a theory, and not proposed."""
         return self.by_theory
 
     def _solve_patch(self, scene: Scene) -> Solution:
         return _by_theory(scene, self._methods)
 
     def _solved(self) -> list[ContactOnGrid]:
-        """The contacts of patches, from others with their influence numbers, if there are as
-        many.
+        """Solved contacts of the patches, started from previous ones with their operators if there
+        are as many.
         """
         scenes = self._height.scenes
         starts = _each_of(self._traction_starts or self._pressures, scenes)
@@ -338,8 +336,8 @@ class WheelOnElements:
         return contacts
 
     def _options_of(self, k: int, scene: Scene) -> SolveOptions:
-        """The options of patch k, checked at the first height, and where it has many more elements
-        or fewer.
+        """Options of patch k, checked at the first height, and again if its number of elements has
+        changed much.
         """
         kept = self._options.get(k)
         if kept is None or not kept.suit(scene):
@@ -368,7 +366,7 @@ def solved_alone(wheel: WheelOnElements) -> WheelRailSolution:
 
 
 def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
-    """The patches at a height, with the interaction of those that are parts of one."""
+    """Patches at a height; those of several parts with the interaction between these."""
     patches = []
     for each in case.patches(z, with_grid=with_grid):
         if each.interactions:
@@ -378,8 +376,8 @@ def patches_at(case: WheelGeometry, z: float, with_grid: bool = True) -> tuple[C
 
 
 def _height_near(case: WheelGeometry, last: WheelRailSolution, known: tuple[float, float]) -> float:
-    """The height at which the overlap presses by the load as much as that of another wheel does by
-    the forces known of it.
+    """Height at which the overlap presses as much as that of another wheel, scaled by the load over
+    its known force.
     """
     before = last.case
     pressing = before.locus.pressing(last.z)
@@ -390,7 +388,7 @@ def _height_near(case: WheelGeometry, last: WheelRailSolution, known: tuple[floa
 
 
 def _hertzian(patch: ContactPatch, case: WheelGeometry) -> InitialGuess:
-    """Pressures like Hertz's where the bodies overlap by half of the approach or more."""
+    """Hertz-like pressures where the bodies overlap by half of the approach or more."""
     grid = patch.scene.own_grid
     surface = patch.scene.surface
     assert isinstance(surface, SampledDistance)
@@ -403,14 +401,14 @@ def _hertzian(patch: ContactPatch, case: WheelGeometry) -> InitialGuess:
 
 
 def _each_of(known: Sequence[Item], scenes: Sequence[Scene]) -> list[Item | None]:
-    """What is known of each patch, if there are as many."""
+    """Known values by patch, if there are as many as patches; else None for each."""
     if len(known) == len(scenes):
         return list(known)
     return [None] * len(scenes)
 
 
 def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_friction: bool) -> float:
-    """The vertical force on the rail; without friction that of the normal forces."""
+    """Vertical force on the rail; without friction that of the normal forces alone."""
     counts = np.array([with_friction, with_friction, True])
     return float(
         sum(frame.axes[2] @ (counts * force) for frame, force in zip(frames, forces, strict=True))
@@ -418,7 +416,7 @@ def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_frictio
 
 
 def vertical_forces(solution: WheelRailSolution) -> tuple[float, float]:
-    """The vertical forces of a solution: that of the normal forces, and of all that count."""
+    """Vertical forces of a solution: of the normal forces, and of all forces that count."""
     frames = [each.frame for each in solution.patches]
     forces = [each.force for each in solution.patches]
     all_forces = vertical(frames, forces, solution.case.with_friction)
@@ -426,7 +424,7 @@ def vertical_forces(solution: WheelRailSolution) -> tuple[float, float]:
 
 
 def for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
-    """The methods that concern the normal problem alone."""
+    """Methods for the normal problem alone."""
     names = ("normal", "method", "accuracy")
     return {"certify": None} | {name: value for name, value in methods.items() if name in names}
 

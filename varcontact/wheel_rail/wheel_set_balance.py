@@ -38,23 +38,23 @@ from varcontact.wheel_rail.wheel_set_loads import LoadedWheelSet
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 CHOSEN_GRID_TOL = 1e-4
-"""Least imbalance where grids are chosen for an accuracy, whose forces jump by a part of their
-error bars."""
+"""Least tolerance of the imbalance where grids are chosen for an accuracy: forces then jump by a
+part of their error bars."""
 LARGEST_CONDITION = 1e10
-"""Condition of derivatives above which loads are not balanced by the unknowns."""
+"""Condition number of the derivatives above which the unknowns cannot balance the loads."""
 ROUNDS = 20
-"""Steps with exact solutions."""
+"""Largest number of steps with exact solutions."""
 FIRST_SIDEWAYS = 1.0
 """First step sideways to a bracket of the lateral force, in units of the displacement."""
 STEPS_SIDEWAYS = 7
-"""Such steps at most, each twice the one before: 13 mm."""
+"""Largest number of sideways steps, each twice the one before: 13 mm in all."""
 ROUNDING_SIDEWAYS = 1e-9
-"""Length of the bracket, in the same units, below which there is none but a jump in it."""
+"""Length of the bracket, in units of the displacement, below which it contains only a jump."""
 
 
 class _Exact:
-    """Exact solutions of wheels, each side from the one before; `entries` of wheels are
-    replaced.
+    """Exact solutions of wheels, each side started from its previous one; `entries` of the wheels
+    are replaced.
     """
 
     def __init__(self, methods: dict[str, Any], **entries: Any) -> None:
@@ -65,11 +65,11 @@ class _Exact:
     def __call__(self, wheel: WheelOnRail) -> WheelForces:
         before = self._last.get(wheel.side)
         wheel = replace(wheel, **self._entries)
-        # curved or plane is chosen once: forces jump where that changes
+        # plane or curved surface is chosen once: forces jump where the choice changes
         if before is not None:
             wheel = wheel.with_surface_of(before.case)
         methods = self._methods
-        # grids that are chosen for an accuracy start afresh
+        # solves on grids chosen for an accuracy start afresh
         if wheel.dx is not None or wheel.dy is not None:
             methods = {"start": before} | methods
         self._last[wheel.side] = wheel.solve(**methods)
@@ -111,7 +111,7 @@ def _warn_of_patches(found: WheelSetSolution) -> None:
 
 
 def _derivatives(balance: LoadBalance, x: np.ndarray, fast: FastTheories) -> np.ndarray:
-    """Derivatives of the imbalance, by the fast way."""
+    """Derivatives of the imbalance, by fast theories."""
     columns = []
     for step in STEP * np.eye(x.size):
         behind = balance.imbalance(balance.wheels(x - step, fast))
@@ -167,7 +167,7 @@ class _HeldSideways:
         self._tol = tol
 
     def missing(self, y: float) -> float:
-        """The lateral force that is not balanced at a displacement; 0 within the tolerance."""
+        """Unbalanced lateral force at a displacement; 0 within the tolerance."""
         x = self.at.x.copy()
         x[self.y] = y
         held = broyden(

@@ -24,7 +24,7 @@ BALANCED = {
     "pitch_rate": "torque",
     "speed": "longitudinal_force",
 }
-"""The load that each free quantity comes to balance."""
+"""Load that each free quantity balances."""
 LOADS = ("lateral_force", "longitudinal_force", "roll_moment", "yaw_moment", "torque")
 
 
@@ -70,8 +70,8 @@ class LoadedWheelSet(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         self._check_frictionless()
 
     def _check_frictionless(self) -> None:
-        """Without friction any pitch rate is that of free rolling; of the rest, y and roll alone
-        are determined.
+        """Check the free quantities where friction is zero: only y and roll are determined, and a
+        free pitch rate is that of free rolling.
         """
         # their entries are checked
         without = [self.wheel(side, 0.0).friction == 0 for side in SIGN]

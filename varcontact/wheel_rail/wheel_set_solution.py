@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BESIDE = 0.05
-"""Displacement to either side for the gravitational stiffness [mm]."""
+"""Displacement to either side for the difference in the gravitational stiffness [mm]."""
 FAST_TOL = 1e-6
-"""Imbalance of the fast way without a warning."""
+"""Largest imbalance of an estimate without a warning."""
 FACE = 0.1
 """Distance of the points of the flange's face at which its angle is taken [mm]."""
 
@@ -125,7 +125,7 @@ class WheelSetSolution(Reported, WheelForces):
 
     @property
     def track(self) -> Track:
-        """With the rails as they have yielded."""
+        """Track with the rails as displaced by the loads."""
         return replace(
             self.case.track, left=self.left.case.track.left, right=self.right.case.track.right
         )

@@ -23,15 +23,14 @@ from varcontact.solvers.newton.coupled import CoupledProblem
 from varcontact.system.process import changed, interruptible, lazy_property
 
 MAX_STEPS = 25
-"""Newton steps: problems that take more are left to alternating solves. Most random scenes take 2
-to 8."""
+"""Largest number of Newton steps; harder problems are left to alternating solves. Most random
+scenes take 2 to 8."""
 STEP_PARTS = (1.0, 0.5, 0.25, 0.1)
 """Parts of a Newton step that the line search tries in turn."""
 MAX_IDLE_STEPS = 5
-"""Newton steps without a smaller residual after which it ends."""
+"""Newton steps without a smaller residual after which the search ends."""
 JUDGED_BELOW = 1e-6
-"""Residual of an iterate below which the answer is judged, which takes as long as a third of a
-step."""
+"""Residual below which an iterate is evaluated as an answer, which costs a third of a step."""
 
 
 def active_set_coupled(
@@ -155,7 +154,7 @@ class _Areas:
 
     @lazy_property
     def friction(self) -> np.ndarray:
-        """Coefficients where it slips (s,)."""
+        """Coefficients of friction of the slipping elements (s,)."""
         return np.asarray(self.problem.friction.ravel()[self.contact[self.slip]])
 
     @lazy_property

@@ -118,14 +118,14 @@ def _solved(
     elastic: np.ndarray,
     iterations: int,
 ) -> RawSolution:
-    """The answer where all signs are right, with its residual."""
+    """Answer with correct signs everywhere, with its residual."""
     rigid = np.array([approach])
     residual = normal_residual(problem, pressure, rigid, elastic)
     return RawSolution(pressure, rigid, iterations, "Solved", residual=residual)
 
 
 def _unsolved(pressure: np.ndarray, approach: float, iterations: int, status: str) -> RawSolution:
-    """The answer where exchanges end before, without tension."""
+    """Answer where the exchanges ended early, without tension."""
     admissible = np.maximum(pressure, 0.0)
     return RawSolution(admissible, np.array([approach]), iterations, status, solved=False)
 

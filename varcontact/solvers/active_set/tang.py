@@ -31,7 +31,7 @@ from varcontact.system.process import changed, interruptible
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200
-"""On given areas Newton's method may need many steps: 100 leave one in twenty problems unsolved."""
+"""Newton steps on given areas at most: 100 leave one in twenty problems unsolved."""
 NEWTON_TOL_INEXACT = 1e-3
 """Relative error of the shift at which inexact Newton's method stops while areas still change."""
 NEWTON_TOL_EXACT = 1e-13
@@ -43,12 +43,13 @@ RESIDUAL_MIN = 1e-13
 RESIDUAL_SOLVED = 1e-11
 """Residual from which it calls a problem solved: near saturation rounding leaves more."""
 REUSE_RATIO = 1e-3
-"""Ratio of residuals of a step below which the next one has the same factors."""
+"""Ratio of residuals of a step below which the next step reuses its factors."""
 MAX_IDLE_STEPS = 5
 """Newton steps without a smaller residual after which the safeguarded version tries another
 start."""
 SPLITTING_TOLS = (1e-2, 1e-4, 1e-6)
-"""Residuals to which splitting brings the safeguarded version where its own start leads nowhere."""
+"""Residuals to which splitting solves in turn, where the safeguarded version fails from its own
+start."""
 STEP_PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)
 """Parts of a Newton step that the line search of the safeguarded version tries in turn."""
 
@@ -319,8 +320,8 @@ def tang(
 
 
 def _exchanged(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> np.ndarray:
-    """The stick area without elements beyond the bound (point 4); if there are none, with the slip
-    elements that slip with their traction (point 5).
+    """Stick area without the elements beyond the bound (point 4); if there are none, with the
+    elements whose slip has the direction of their traction (point 5).
     """
     beyond = sticks & (magnitude(at.traction) > problem.bound)
     if beyond.any():
@@ -367,7 +368,7 @@ def tang_safeguarded(
     if best.solved:
         return best
     count = best.iterations
-    # of random problems some need each of these starts
+    # some random problems need each of these starts
     for begin, iterations in _further_starts(problem, at, settings):
         raw = _descend(problem, begin, max_steps, settings)
         count += iterations + raw.iterations
@@ -378,8 +379,8 @@ def tang_safeguarded(
 
 
 def _sliding(problem: TangentialProblem) -> RawSolution | None:
-    """Tractions at their bound against the rigid shift, where that is more than they give way by
-    themselves, and where they then slide against their tractions.
+    """Tractions in full slip, at the bound against the rigid shift; None if that is at most an
+    element's own compliance times its bound, or if an element would not slip against its traction.
     """
     size = magnitude(problem.rigid_shift)
     if problem.free or not np.all(size > problem.operator.diagonal * problem.bound):
@@ -394,8 +395,8 @@ def _sliding(problem: TangentialProblem) -> RawSolution | None:
 def _further_starts(
     problem: TangentialProblem, at: RawSolution, settings: Settings
 ) -> Iterator[tuple[RawSolution, int]]:
-    """Starts for another descent, with the Newton steps they took: TANG, where forces are
-    prescribed, then splitting to smaller and smaller residuals.
+    """Further starts, with the Newton steps they took: TANG, if forces are prescribed, then
+    splitting to smaller and smaller residuals.
     """
     from varcontact.solvers.splitting.method import splitting_tangential
 
@@ -415,9 +416,7 @@ def _further_starts(
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
-    """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite
-    friction).
-    """
+    """Tractions in full stick, E = 0, whatever the bound: one linear solve (infinite friction)."""
     point = PointOnAreas.of(problem, np.ones(problem.size, dtype=bool), _unloaded(problem))
     step = Equations.of(point).step(point)
     return replace(point.moved(step), iterations=1, status="Solved")
@@ -487,7 +486,7 @@ def _descend(
     count = 0
     idle = 0
     while count < max_steps and residual > RESIDUAL_MIN:
-        # once solved, one step without gain ends it
+        # once solved, one step without gain ends the search
         if idle >= (1 if residual <= RESIDUAL_SOLVED else MAX_IDLE_STEPS):
             break
         check_time(settings.deadline)
@@ -520,10 +519,10 @@ def _descend(
 def _newton_step(
     problem: TangentialProblem, iterate: _Iterate, equations: Equations | None
 ) -> tuple[_Iterate, Equations | None]:
-    """The iterate after a Newton step with the areas renewed, and the equations where they are good
-    for the next one.
+    """Iterate after a Newton step with updated areas, and the equations if the next step can reuse
+    them.
     """
-    # areas anew, and Newton's equations unless the last ones still serve
+    # areas updated, and Newton's equations unless the last ones can be reused
     sticks = ~problem.potential.slips(iterate.trial, problem.operator.row_size)
     traction = np.where(sticks, iterate.at.traction, iterate.image)
     begin = RawSolution(traction, iterate.at.rigid)
@@ -563,7 +562,7 @@ def _line_search(point: PointOnAreas, step: np.ndarray, iterate: _Iterate) -> _I
     """The first part of a Newton step that lowers the merit enough, or the best of all."""
     best = changed(iterate, merit=np.inf)
     for part in STEP_PARTS:
-        # where all slips, a step for the force has no end
+        # in full slip, the step for a prescribed force is unbounded
         with np.errstate(over="ignore", invalid="ignore"):
             candidate = _Iterate.of(point.problem, point.moved(step, part))
         if candidate.merit < best.merit:
@@ -574,7 +573,7 @@ def _line_search(point: PointOnAreas, step: np.ndarray, iterate: _Iterate) -> _I
 
 
 def _small_residual(problem: TangentialProblem, iterate: _Iterate) -> float:
-    """The residual of an iterate; infinite where the merit tells that it is no solution."""
+    """Residual of an iterate; infinite where the merit shows that it is no solution."""
     tractions = iterate.at.traction.ravel()
     least = iterate.merit / math.sqrt(tractions.size * (tractions @ tractions) or 1.0)
     if least > RESIDUAL_SOLVED:

@@ -36,11 +36,11 @@ from varcontact.solvers.newton.tangential import LEAST_SHIFT, NEARLY_STICK
 from varcontact.system.process import one_blas_thread
 
 POOL = 32_768
-"""Elements of all problems in work: they fit into the cache."""
+"""Elements of all problems in progress: they fit into the cache."""
 REFILL_PART = 0.3
-"""Part of the pool that has left when others are let in."""
+"""Part of the pool that must be finished before new problems are added."""
 MISSED_PART = 0.3
-"""Part of the pool that may miss the tolerance of GCR."""
+"""Part of the pool that may fail to reach the tolerance of GCR."""
 GCR_TOL = 0.2
 """Relative residual of GCR."""
 GCR_TOL_MIN = 3e-2
@@ -82,7 +82,7 @@ def solve_batch(
     waiting = 0  # the first problem that has not entered the pool yet
     work: tuple[Pool, NaturalMap] | None = None
     while waiting < n or work is not None:
-        # let others in where many have left
+        # add new problems when many have left
         working = 0 if work is None else work[0].size
         if waiting < n and working <= (1 - REFILL_PART) * places:
             ids = np.arange(waiting, min(n, waiting + places - working))
@@ -90,11 +90,11 @@ def solve_batch(
             work = _joined(work, method.entered(ids, traction[..., ids], rigid[:, ids]))
         assert work is not None
         pool, at = work
-        # renew in double precision what rounding has spoilt
+        # recompute in double precision where rounding dominates
         stale = np.flatnonzero(pool.rounding > 0.1 * np.maximum(at.residual, tol * at.size))
         if certified and stale.size:
             at.put(stale, method.renewed(pool, stale, pool.symbol))
-        # write down what is ready, and go on with the others
+        # record converged problems, and continue with the others
         ready = np.flatnonzero((at.residual <= tol * at.size) | (pool.steps >= MAX_NEWTON_STEPS))
         if ready.size:
             leaving = method.left(pool, at, ready, out, tol, certified)
@@ -114,8 +114,8 @@ def _first_guess(
     start: tuple[np.ndarray, np.ndarray] | None,
     inside: tuple[slice, slice],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and rigid shifts of the start, `inside` its elements, or from elements twice as
-    large; zero on few elements.
+    """Tractions and rigid shifts of the start (`inside` its elements), or from a solve on elements
+    twice as large; zero for few elements.
     """
     if start is not None:
         traction, rigid = start
@@ -140,7 +140,7 @@ def _joined(
 
 
 def shift_before(problem: BatchedProblem, traction: np.ndarray, ahead: int) -> np.ndarray:
-    """Displacements (2, ny, nx, n) by tractions, of particles so many elements ahead."""
+    """Displacements (2, ny, nx, n) by tractions, of particles some elements ahead."""
     ny, nx, _ = problem.bound.shape
     transform = transforms(ny, nx, ((ahead, 1.0),))
     symbol = transform.symbol(influence(problem, transform.columns) * (problem.dx / np.pi))
@@ -248,7 +248,7 @@ class BatchedNewton:
         return field.sum(axis=(1, 2))
 
     def renewed(self, pool: Pool, some: np.ndarray, symbol: np.ndarray) -> NaturalMap:
-        """The natural map of some problems, their shifts anew in the precision of the symbol."""
+        """Natural map of some problems, with shifts recomputed in the precision of the symbol."""
         rigid = pool.rigid_shift[..., some] + self._rigid(pool.rigid[:, some])
         traction = pool.traction[..., some].astype(symbol.dtype)
         pool.shift[..., some] = rigid + self.product(traction, symbol[..., some], pool.own[:, some])
@@ -283,8 +283,8 @@ class BatchedNewton:
         tol: float,
         certified: bool,
     ) -> np.ndarray:
-        """Write down the problems that are ready, as far as double precision agrees; return their
-        places in the pool.
+        """Record the problems that have converged in double precision; returns their places in the
+        pool.
         """
         bound = pool.bound[..., ready]
         scale = 1.0 if self.scale is None else self.scale
@@ -311,9 +311,7 @@ class BatchedNewton:
     def _certified(
         self, pool: Pool, renewed: NaturalMap, ready: np.ndarray, out: BatchedSolution
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals and relative gaps in double precision; slip and dissipation are written
-        down.
-        """
+        """Residuals and relative gaps in double precision; slip and dissipation are recorded."""
         bound = pool.bound[..., ready]
         scale = 1.0 if self.scale is None else self.scale
         traction = pool.traction[..., ready]
@@ -413,7 +411,7 @@ class BatchedNewton:
         triangle: list[list[np.ndarray]] = []
         parts: list[np.ndarray] = []
         for _ in range(MAX_GCR_ITERATIONS):
-            # a direction, and what the equations make of it
+            # a direction, and its image by the equations
             step = self._precondition(pool, equations, rest)
             sums = 0 * rest_of_forces
             if border is not None:
@@ -426,7 +424,7 @@ class BatchedNewton:
                 rows += rigid[0] * border.columns[0] + rigid[1] * border.columns[1]
                 sums = border.sums(self, step)
             rows, sums, column = _orthonormal(rows, sums, directions)
-            # what it takes off the residual
+            # its projection is subtracted from the residual
             part = inner(rows, rest) + dot(sums, rest_of_forces)
             rest -= part * rows
             rest_of_forces = rest_of_forces - part * sums
@@ -447,8 +445,8 @@ class BatchedNewton:
         return combined(steps), combined(images), rigid
 
     def step(self, pool: Pool, at: NaturalMap, tol: float) -> NaturalMap:
-        """After one Newton step of every problem, with a line search on the norm of the natural
-        map's residual.
+        """State after one Newton step of every problem, with a line search on the norm of the
+        natural map's residual.
         """
         equations = self.linearised(pool, at)
         near = at.residual <= 30 * tol * at.size

@@ -1,4 +1,4 @@
-"""The problems in work, their natural maps and linear systems: arrays whose last axis is the
+"""Problems in progress, their natural maps and linear systems: arrays whose last axis is the
 problem.
 """
 
@@ -13,8 +13,8 @@ from varcontact.solvers.batched.problem import Batch
 
 @dataclass(frozen=True, eq=False)
 class Pool(Batch):
-    """The problems in work, each in its own units: tractions by the largest bound, shifts by an
-    element's own.
+    """Problems in progress, each in its own units: tractions by the largest bound, shifts by an
+    element's influence on itself.
     """
 
     ids: np.ndarray

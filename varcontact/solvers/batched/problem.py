@@ -22,15 +22,15 @@ class Batch:
         return (getattr(self, each.name) for each in fields(self))
 
     def where(self, mask: np.ndarray) -> Self:
-        """Some of the problems."""
+        """Batch of some of the problems."""
         return type(self)(*(np.compress(mask, each, axis=-1) for each in self))
 
     def joined(self, other: Self) -> Self:
-        """These problems with others behind."""
+        """Batch of these problems followed by others."""
         return type(self)(*(np.concatenate(both, -1) for both in zip(self, other, strict=True)))
 
     def put(self, ids: np.ndarray, other: Self) -> None:
-        """Write others in the places of some."""
+        """Copy others into the places of some problems."""
         for each, values in zip(self, other, strict=True):
             each[..., ids] = values
 
@@ -116,7 +116,7 @@ class BatchedProblem:
         )
 
     def of(self, ids: np.ndarray) -> BatchedProblem:
-        """Some of the problems."""
+        """Batch of some of the problems."""
         return replace(
             self,
             dx=self.dx[ids],
@@ -128,7 +128,7 @@ class BatchedProblem:
         )
 
     def coarser(self) -> BatchedProblem:
-        """Problems with elements twice as large, and a step of rolling that is so, too."""
+        """Problems on elements twice as large, with a rolling step twice as long."""
         longer = 1.0 if self.difference is None else 2.0
         return replace(
             self,
@@ -162,7 +162,7 @@ class BatchedSolution(Batch):
 
     @classmethod
     def unsolved(cls, problem: BatchedProblem) -> BatchedSolution:
-        """To be written to as problems are solved."""
+        """Solution with empty arrays, filled as problems are solved."""
         n = problem.dx.size
         return cls(
             traction=np.zeros_like(problem.rigid_shift),

@@ -38,14 +38,14 @@ class Backend:
 
 
 def _interior(tol: float) -> float:
-    """Interior points: tractions are as wrong as the gap is to the power 2/3 or less (1e-8 for a
-    gap of 1e-12).
+    """Interior-point backend: the error of tractions is at most the gap to the power 2/3 (1e-8 for
+    a gap of 1e-12).
     """
     return max(tol**1.5, 1e-14)
 
 
 def _splitting(tol: float) -> float:
-    """Operator splitting: residuals fall linearly, and to 1e-12 at the best."""
+    """Operator-splitting backend: residuals fall linearly, to 1e-12 at best."""
     return max(0.1 * tol, 1e-12)
 
 
@@ -116,8 +116,8 @@ BACKENDS: dict[str, Backend] = {
 """Backends by name in lower case, whether called directly, by qpsolvers or by CVXPY."""
 
 OTHERS = ("copt", "cvxopt", "ecos", "gurobi", "kvxopt", "mosek", "qoco", "qpalm", "xpress")
-"""Further solvers behind qpsolvers or CVXPY: they run where they are installed, with their own
-defaults, untested here."""
+"""Other solvers that qpsolvers or CVXPY can call: they run if installed, with their own defaults,
+untested here."""
 
 WHEELS = {name: name for name in (*BACKENDS, *OTHERS)}
 WHEELS |= {"copt": "coptpy", "gurobi": "gurobipy", "highs": "highspy", "proxqp": "proxsuite"}
@@ -196,7 +196,7 @@ def _by_clarabel(program: ConicProgram, settings: Settings) -> RawSolution:
 
 
 def _reported(report: Reporter, energy: float, info: Any) -> bool:
-    """Record what Clarabel says of an iterate; False lets it go on."""
+    """Record an iterate as Clarabel reports it; returns False, so that Clarabel continues."""
     report(objective=info.cost_primal * energy, gap=info.gap_abs * energy)
     return False
 
@@ -285,7 +285,7 @@ def _by_cvxpy(name: str, program: ConicProgram, settings: Settings) -> RawSoluti
     x = problem.var_dict["x"]
     try:
         with warnings.catch_warnings():
-            # that an answer may be inaccurate is judged by our own residual
+            # the warning of an inaccurate answer is replaced by the package's own residual
             warnings.simplefilter("ignore")
             interruptible(lambda: problem.solve(solver=name, **_options(name, settings.tol)))
         status = str(problem.status)
@@ -296,7 +296,7 @@ def _by_cvxpy(name: str, program: ConicProgram, settings: Settings) -> RawSoluti
     z = np.full(program.b.size, np.nan)
     for rows, constraint in zip(rows_of_kinds(program), problem.constraints, strict=True):
         dual = constraint.dual_value
-        # nobody asks for those of the cones
+        # multipliers of the cones are not needed
         if isinstance(dual, np.ndarray) and dual.size == rows.size:
             z[rows] = dual.ravel()
     values = np.full(program.q.size, np.nan) if x.value is None else np.asarray(x.value)
@@ -344,7 +344,7 @@ def behind_cvxpy(solver: str) -> ProgramSolver:
 
 
 def _wheels(solver: str) -> tuple[str, ...]:
-    """The packages of a solver that an interface calls, as far as they are known."""
+    """Packages of a solver behind an interface, as far as known."""
     known = [name for name in WHEELS if name == solver.lower()]
     return tuple(WHEELS[name] for name in known)
 
@@ -376,7 +376,7 @@ def unlisted(name: str) -> ProgramSolver | None:
     spellings = {"cvxpy": solver.upper(), "qpsolvers": solver.lower()}
     if solver.lower() in OTHERS and solver == spellings[interface]:
         return BEHIND[interface](solver)
-    if find_spec(interface) is None:  # which is told to whoever asks for it
+    if find_spec(interface) is None:  # the caller is told that it is not installed
         return BEHIND[interface](solver)
     if interface == "cvxpy":
         installed = imported("cvxpy").installed_solvers()

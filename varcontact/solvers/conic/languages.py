@@ -17,7 +17,7 @@ KINDS = ("zero", "nonnegative", "second_order")
 
 
 def full_quadratic(program: ConicProgram) -> Any:
-    """All of P, of which a program has the upper triangle."""
+    """Full matrix P, of which a program stores the upper triangle."""
     from scipy.sparse import triu
 
     return (program.P + triu(program.P, 1).T).tocsc()

@@ -46,7 +46,7 @@ class ConicProgram:
         return np.repeat([kind for kind, _ in self.cones], [size for _, size in self.cones])
 
     def polyhedral(self) -> ConicProgram:
-        """The same program with ``r - s >= 0, r + s >= 0`` for second-order cones (r, s) of one
+        """Program with ``r - s >= 0, r + s >= 0`` in place of second-order cones (r, s) of one
         component.
 
         Those of two stay as they are: without them it is a quadratic program.
@@ -228,7 +228,9 @@ def _transposed(
 
 
 def _distance_units(problem: NormalProblem) -> tuple[float, float]:
-    """Distance from which others count, that of the approach where it is known, and their unit."""
+    """Distance from which others are measured (the approach, if known), and the unit of
+    distances.
+    """
     lowest = float(problem.distance.min())
     if problem.force is None:
         assert problem.approach is not None
@@ -359,7 +361,7 @@ def _tangential_answer(
 
 
 def _add_shift_cones(parts: _Parts, scaled: _ScaledTangential, flow: _ScaledFlow | None) -> None:
-    """Sizes of shifts are no less than the shifts, less what flows."""
+    """Add cones: the sizes of shifts are at least those of the shifts without flow."""
     from scipy.sparse import csc_matrix
 
     n, c = scaled.shape
@@ -374,7 +376,7 @@ def _add_shift_cones(parts: _Parts, scaled: _ScaledTangential, flow: _ScaledFlow
 
 
 def _add_forces(parts: _Parts, scaled: _ScaledTangential) -> None:
-    """Tractions have the prescribed sums, where there are any."""
+    """Add the prescribed sums of tractions, if there are any."""
     from scipy.sparse import csc_matrix
 
     _, c = scaled.shape
@@ -385,7 +387,7 @@ def _add_forces(parts: _Parts, scaled: _ScaledTangential) -> None:
 
 
 def _add_friction_disks(parts: _Parts, scaled: _ScaledTangential) -> None:
-    """Tractions are within their bound."""
+    """Add the friction disks: tractions are within their bound."""
     n, c = scaled.shape
     radii, vectors = _in_cones(n, c)
     cones = [("second_order", 1 + c)] * n
@@ -424,7 +426,7 @@ class _ScaledFlow:
         )
 
     def add_to_traction(self, parts: _Parts) -> None:
-        """Tractions beyond the threshold cost the square of their excess."""
+        """Add the cost of tractions beyond the threshold: the square of their excess."""
         m = self.bound.size
         radii, vectors = _in_cones(m, self.components)
         parts.squares.append(self.bound**2 / (self.hardening * self.shift * self.most))
@@ -438,7 +440,7 @@ class _ScaledFlow:
         )
 
     def add_to_shift(self, parts: _Parts) -> None:
-        """Parts of the shift that flow cost the threshold and, as they harden, their square."""
+        """Add the cost of shifts that flow: the threshold and, with hardening, their square."""
         m = self.bound.size
         c = self.components
         radii, vectors = _in_cones(m, c)

@@ -28,7 +28,7 @@ from varcontact.solvers.newton.tangential import TangentialConditions, Tangentia
 from varcontact.system.process import changed, lazy_property
 
 MAX_STEPS = 60
-"""Newton steps: problems that take more are left to alternating solves."""
+"""Largest number of Newton steps; harder problems are left to alternating solves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,9 @@ def newton_coupled(
 
 @dataclass(frozen=True, eq=False)
 class CoupledConditions(Conditions):
-    """Both problems on a grid: the tangential one with its bound left open, friction (ny, nx)."""
+    """Conditions of both problems on a grid: the tangential bound is friction (ny, nx) times the
+    unknown pressure.
+    """
 
     normal: NormalConditions
     tangential: TangentialConditions

@@ -31,31 +31,32 @@ from varcontact.solvers.newton.kernel import Kernel
 from varcontact.system.process import changed, lazy_property
 
 MAX_STEPS = 40
-"""Newton steps: 10 to 30 are usual, but for steps of rolling below dx/20, where splitting takes
-over."""
+"""Largest number of Newton steps: 10 to 30 are usual, except for rolling steps below dx/20, which
+are left to splitting."""
 REFINED_ELEMENTS_MAX = 2000
-"""Elements up to which a solved problem is refined."""
+"""Elements up to which a solved problem is refined further."""
 COARSE_TOL = 5e-2
-"""Residual on all grids but the finest."""
+"""Residual to reach on all grids but the finest."""
 ROUNDED = 0.9
-"""Part of the tolerance to reach, as the certificate rounds differently."""
+"""Factor on the tolerance to be reached, as the certificate rounds differently."""
 REFINED_PART = 1e-3
-"""Part of the tolerance that a solved problem of so few elements is refined to."""
+"""Factor on the tolerance for this refinement of a solved problem."""
 REFINED_TOL_MIN = 1e-12
 """Least tolerance of that refinement."""
 REFINED_STEPS = 4
-"""Newton steps of that refinement: a tenth of the time, which leaves hardly more than rounding."""
+"""Largest number of Newton steps of that refinement, a tenth of the time; they leave hardly more
+than rounding."""
 GCR_TOL_MAX = 0.3
 GCR_TOL_MIN = 1e-5
 """Relative residuals of the linear equations, at most and at least."""
 GCR_TOL_FACTOR = 3.0
-"""Residual that the linear equations are to leave, divided by the square of that before the step:
+"""Factor on the square of the residual, to which the linear equations of a step are solved:
 Newton's method leaves a few times the square."""
 LAST_STEP_PART = 0.3
-"""Part of the goal that the linear equations of the last step are to leave."""
+"""Part of the goal to which the linear equations of the last step are solved."""
 LACKING_PART = 0.01
-"""Part of the errors of a start that its forces may lack: GCR hardly moves where these are all of
-it."""
+"""Largest share of missing forces in the errors of a start: GCR hardly converges where they are all
+of it."""
 NOISE_SINGLE = 3e-7
 NOISE_DOUBLE = 1e-15
 """Error of the shift in single and in double precision, relative to the largest traction."""
@@ -65,12 +66,12 @@ G = TypeVar("G", bound="GridConditions")
 
 
 def ignored_point(at: Point) -> None:
-    """Follower of nothing."""
+    """Follower that records nothing."""
 
 
 @dataclass(frozen=True, eq=False)
 class Problem(ABC, Generic[C]):
-    """A contact problem in its own units, judged in double precision."""
+    """Contact problem in its own units, evaluated in double precision."""
 
     conditions: C
 
@@ -80,11 +81,11 @@ class Problem(ABC, Generic[C]):
 
     @abstractmethod
     def error(self, at: Point) -> float:
-        """The residual or the relative gap of an answer, as a certificate has it: the larger."""
+        """Error of an answer as in a certificate: the larger of residual and relative gap."""
 
     @abstractmethod
     def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tractions and rigid shifts as the solver's caller has them."""
+        """Tractions and rigid shifts in the units of the solver's caller."""
 
     @abstractmethod
     def follower(self, stats: SolveStats) -> Callable[[Point], None]:
@@ -107,7 +108,7 @@ class GridConditions(Conditions):
 
     @property
     def slides(self) -> bool:
-        """True of tractions, which slide at their bound."""
+        """True for tractions, which slide at their bound; False for pressures."""
         return True
 
     @abstractmethod
@@ -120,21 +121,19 @@ class GridConditions(Conditions):
 
     @property
     def coarsens(self) -> bool:
-        """True where coarse grids lead to a solution sooner."""
+        """True where a start from coarse grids is faster."""
         ny, nx = self.bound.shape
         side = min(ny, nx) if ny > 1 else nx
         return side >= 2 * LEAST_SIDE and not self.linear
 
     @property
     def of_step(self) -> bool:
-        """True where the shift is that of a step of rolling, twice as long with elements twice as
-        large.
-        """
+        """True where the shift is that of a rolling step, which doubles with the element size."""
         return self.plain.circulant.rolling != 0
 
     def coarser(self: G) -> G:
-        """Conditions on elements twice as large, in units of displacement that are so, too; and a
-        step that is twice as long.
+        """Conditions on elements twice as large, in displacement units twice as large, and a step
+        twice as long.
         """
         scale = self.forces.scale
         if self.of_step:
@@ -155,13 +154,13 @@ class GridConditions(Conditions):
         return point(self, np.zeros_like(self.known), np.zeros((len(self.known), 1, 1)))
 
     def sliding(self) -> Point | None:
-        """Tractions at their bound that slide all over; None where they would stick somewhere, and
-        for pressures.
+        """Tractions at the bound in full slip; None where they would stick somewhere, and for
+        pressures.
         """
         return None
 
     def refined(self, at: Point, coarse: GridConditions) -> Point:
-        """A point of a coarser grid."""
+        """Point interpolated from a coarser grid."""
         traction = doubled(at.traction, coarse.contact, self.bound.shape)
         return point(self, self.projected(traction), at.rigid * (1.0 if self.of_step else 2.0))
 
@@ -219,7 +218,7 @@ def solve(problem: GridProblem[G], start: RawSolution | None, settings: Settings
         if raw.solved:
             return raw
         steps = raw.iterations
-    # from tractions that slide all over, or from coarse grids
+    # from tractions in full slip, or from coarse grids
     at = problem.conditions.sliding()
     coarse_steps = 0
     if at is None:
@@ -260,7 +259,9 @@ def solve_from(
 
 @dataclass
 class _Goal:
-    """Residual that a run goes on to, and the step that ends it: beyond the tolerance a few."""
+    """Residual that a run aims at, and the step at which it ends: a few steps beyond the
+    tolerance.
+    """
 
     tol: float
     refined_tol: float
@@ -269,7 +270,7 @@ class _Goal:
     status: str = "MaxIterations"
 
     def reached(self, error: float, count: int) -> bool:
-        """True where nothing is left to be gained; else the goal is lowered."""
+        """True where the refined tolerance is reached; else the goal is lowered."""
         solved = self.status == "Solved"
         if error <= self.tol:
             self.status = "Solved"
@@ -325,7 +326,7 @@ def newton(
         if now.residual < least:
             best = at
             least = now.residual
-        # admissible tractions are judged as the certificate judges them
+        # admissible tractions are evaluated as by the certificate
         if now.residual <= goal.residual:
             at = _admissible(conditions, at, finest)
             best = at
@@ -347,14 +348,16 @@ def newton(
         count += 1
         idle = idle + 1 if measure is now else 0
         if idle == 2:
-            break  # no part of a step leads down
+            break  # no part of the step decreases the merit
         at = changed(at, noise=noise)
         now = measure
     return _admissible(conditions, best, finest), goal.status, count, math.nan
 
 
 def _with_forces(conditions: Conditions, at: Point) -> Point:
-    """The start, balanced where its forces lack more than a small part of its errors."""
+    """Start of Newton's method, balanced if the missing forces are more than a small part of its
+    errors.
+    """
     lacking = conditions.forces.lacking(at.traction)
     if np.linalg.norm(lacking) <= LACKING_PART * measured(conditions, at).merit:
         return at
@@ -374,8 +377,8 @@ def _error(at: Point, finest: Problem[C] | None) -> float:
 
 
 def _residual_after(residual: float, goal: _Goal, linear: bool) -> float:
-    """Residual that a step is to leave, as small as it pays: as what Newton's method leaves by
-    itself, or as the goal.
+    """Residual to be left by a step, as small as worthwhile: what Newton's method leaves by itself,
+    or the goal.
     """
     after = LAST_STEP_PART * min(goal.residual, goal.refined_tol)
     if not linear:
@@ -390,7 +393,7 @@ def _admissible(conditions: Conditions, at: Point, finest: Problem[C] | None) ->
 
 
 def _in_double_precision(at: Point, finest: Problem[C] | None) -> Point:
-    """The point with its shift anew; on coarse grids as it is."""
+    """Point with its shift recomputed in double precision; unchanged on coarse grids."""
     if finest is None:
         return at
     return changed(at, shift=finest.shift(at.traction, at.rigid), noise=NOISE_DOUBLE)

@@ -14,12 +14,12 @@ from varcontact.solvers.newton.kernel import Product
 
 MAX_DIRECTIONS = 240
 MAX_DIRECTIONS_LARGE = 60
-"""Most directions of very large problems."""
+"""Largest number of directions for very large problems."""
 MAX_NUMBERS = 2e7
-"""Numbers that all directions together may have, as long as they are not too few."""
+"""Largest number of entries of all directions together, unless too few directions would be left."""
 SHIFT_MAX = 1e18
-"""Largest uniform shift, whose square single precision holds: where all slips, none has the forces.
-"""
+"""Largest uniform shift, whose square fits single precision: in full slip no shift gives the
+forces."""
 LENGTH_MIN = 1e-7
 """Length of a new direction, relative to its image, below which it consists of rounding."""
 
@@ -42,7 +42,7 @@ class System(ABC):
 
     @abstractmethod
     def precondition(self, right: np.ndarray) -> np.ndarray:
-        """Step that nearly has these left-hand sides."""
+        """Step that approximately has these left-hand sides."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class Forces:
     shares: np.ndarray | None = None
 
     def lacking(self, traction: np.ndarray) -> np.ndarray:
-        """Difference of the sums to those of tractions, weighted (k,)."""
+        """Missing forces: prescribed sums minus those of the tractions, weighted (k,)."""
         return self.weight * (self.sums - self.of(traction))
 
     def of(self, traction: np.ndarray) -> np.ndarray:
@@ -96,8 +96,8 @@ Room = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def room_for(size: int, forces: Forces) -> Room:
-    """Room for directions, M times them, what the equations make of them, and the triangle of their
-    projections: taken from memory only where used.
+    """Memory for directions, M times them, their images, and the triangle of their projections;
+    allocated where used.
     """
     # rounding may take more than the unknowns
     most = min(
@@ -132,7 +132,7 @@ class _Border:
         return _weighted_sums(self.forces, step)
 
     def shifts(self, direction: np.ndarray, lacking: np.ndarray) -> np.ndarray:
-        """The uniform shifts with which a direction has the forces that lack."""
+        """Uniform shifts with which a direction supplies the missing forces."""
         return np.asarray(self.inverse @ (self.sums(direction) - lacking))
 
     def moved(self, shifts: np.ndarray) -> np.ndarray:
@@ -141,14 +141,14 @@ class _Border:
         return np.asarray(sum(np.float32(shift) * column for shift, column in moved))
 
     def balanced(self, direction: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-        """A direction with uniform shifts."""
+        """Direction combined with uniform shifts."""
         for shift, step in zip(shifts, self.steps, strict=True):
             direction = direction - np.float32(shift) * step
         return direction
 
 
 def _inverse(matrix: np.ndarray) -> np.ndarray:
-    """The inverse of a small matrix, or its pseudo-inverse; NaN where it is no number."""
+    """Inverse of a small matrix, or its pseudo-inverse; NaN if it is not finite."""
     if not np.isfinite(matrix).all():
         return np.full_like(matrix, np.nan)
     try:
@@ -188,12 +188,12 @@ def gcr(
         border = _Border.of(system, forces)
     count = 0
     while count < most and math.sqrt(residual @ residual) > tol:
-        # a direction that keeps the forces, and what the equations make of it
+        # a direction that keeps the forces, and its image by the equations
         direction = system.precondition(residual[:size].reshape(shape))
         image = images[count]
         if border is not None:
             shifts = border.shifts(direction, residual[size:])
-            if not np.all(np.abs(shifts) <= SHIFT_MAX):  # no motion changes the forces
+            if not np.all(np.abs(shifts) <= SHIFT_MAX):  # no rigid shift changes the forces
                 break
             direction = border.balanced(direction, shifts)
             rigid[count] = shifts
@@ -215,7 +215,7 @@ def gcr(
         products[count] = product.ravel()
         triangle[:count, count] = projections
         triangle[count, count] = image_length
-        # what it takes off the residual
+        # its projection is subtracted from the residual
         along[count] = image @ residual
         residual -= np.float32(along[count]) * image
         count += 1

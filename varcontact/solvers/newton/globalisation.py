@@ -43,8 +43,8 @@ class Conditions(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Tractions p and their shift E (c, ny, nx), rigid shifts (c, 1, 1), and the error of E by the
-    largest p.
+    """Tractions p and their shift E (c, ny, nx), rigid shifts (c, 1, 1), and the rounding error of
+    E relative to the largest p.
     """
 
     traction: np.ndarray
@@ -54,8 +54,8 @@ class Point:
 
 
 def balanced(conditions: Conditions, at: Point) -> Point:
-    """The point with the rigid shifts at which the tractions of its natural map have the prescribed
-    forces; unchanged where there are none.
+    """Point with the rigid shifts at which the tractions of its natural map have the prescribed
+    forces; unchanged if none are prescribed.
     """
     from scipy.optimize import root
 

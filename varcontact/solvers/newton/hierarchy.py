@@ -1,4 +1,4 @@
-"""Boxes of elements, and the way from a coarse grid to a fine one. Fields are (..., ny, nx), in any
+"""Boxes of elements, and transfer between coarse and fine grids. Fields are (..., ny, nx), in any
 unit.
 """
 

@@ -22,16 +22,16 @@ Product = Callable[[np.ndarray], np.ndarray]
 """M times tractions (c, ny, nx), both float32."""
 
 KERNELS = 4
-"""Kernels that an operator remembers: those of the last contacts on its grid."""
+"""Kernels that an operator keeps: those of the last contacts on its grid."""
 WIDER = 1.125
 """Width of the periodic box of the preconditioner, divided by that of the contact."""
 CAUSAL = 0.03
-"""In rolling, particles carry displacements along: a weight that falls to this along x over one
-period."""
+"""Value to which a weight along x falls over one period, in rolling, where particles carry
+displacements along."""
 STICK_SHIFT = 0.05
-"""Added to the symbol in the stick area."""
+"""Number added to the symbol in the stick area."""
 SKEW = 0.3
-"""Skewness of a kernel from which it is one of rolling."""
+"""Skewness above which a kernel is one of rolling."""
 
 
 def fast_box(rows: int, columns: int) -> tuple[int, int]:
@@ -78,8 +78,8 @@ class Kernel:
 
     @lazy_property
     def halved(self) -> Kernel:
-        """Kernel of elements twice as large, in units of displacement that are so, too: means over
-        the small ones.
+        """Kernel of elements twice as large, in displacement units twice as large: means over the
+        small elements.
         """
         numbers = self.numbers
         for axis in (1, 2) if self.shape[0] > 1 else (2,):
@@ -96,8 +96,8 @@ class Kernel:
 
     @lazy_property
     def halved_in_rolling(self) -> Kernel:
-        """Kernel of elements and a step of rolling twice as long: on half-spaces the numbers are
-        the first of these.
+        """Kernel of elements and a rolling step twice as large: on half-spaces its numbers are the
+        first ones of this kernel.
         """
         ny, nx = self.shape
         rows = (ny + 1) // 2
@@ -242,7 +242,7 @@ def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
     kept: dict[tuple[int, int], Kernel] = operator.kernels
     made = kept.pop(shape, None) or _of_table(operator, shape)
     kept[shape] = made
-    # solves in other threads have the same
+    # solves in other threads share it
     for oldest in list(kept)[:-KERNELS]:
         kept.pop(oldest, None)
     return made

@@ -32,8 +32,8 @@ def newton_normal(
 
 
 def scaled_normal(problem: NormalProblem) -> ScaledNormal | RawSolution:
-    """The problem divided by its units, or its answer where nothing touches or what is given is no
-    number.
+    """Problem divided by its units, or its answer where nothing touches or the input is not
+    finite.
     """
     approach = np.array([problem.approach or 0.0])
     apart = RawSolution(np.zeros_like(problem.distance), approach, 0, "Solved")
@@ -88,7 +88,9 @@ class NormalConditions(GridConditions):
         )
 
     def first(self) -> Point:
-        """No pressures; where a force is prescribed, so near that all elements overlap."""
+        """Start without pressures; under a prescribed force at an approach where all elements
+        overlap.
+        """
         level = -self.known.max() - 1 if self.forces.components else 0.0
         return point(self, np.zeros_like(self.known), np.full((1, 1, 1), level))
 

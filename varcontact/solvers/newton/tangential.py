@@ -31,7 +31,7 @@ QUANTILE = 0.6
 LEAST_SHIFT = 0.1
 """Least such shift."""
 SLOPE_MAX = 1e8
-"""Slip divided by the traction bound that no larger one differs from."""
+"""Slip divided by the traction bound above which larger values make no difference."""
 NEARLY_STICK = 1e-3
 """Slip divided by the bound below which the preconditioner treats an element as one that sticks."""
 
@@ -51,8 +51,8 @@ def newton_tangential(
 
 
 def scaled_tangential(problem: TangentialProblem) -> ScaledTangential | RawSolution:
-    """The problem divided by its units, or its answer where nothing moves or what is given is no
-    number.
+    """Problem divided by its units, or its answer where nothing moves or the input is not
+    finite.
     """
     still = RawSolution(
         np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "Solved"
@@ -98,8 +98,8 @@ class TangentialConditions(GridConditions):
         return project(traction, self.bound)
 
     def sliding(self) -> Point | None:
-        """Tractions at their bound against the rigid shift, where that is more than they give way
-        by themselves, and where they then slide against their tractions.
+        """Tractions at the bound against the rigid shift, if the shift exceeds the bound everywhere
+        (in the problem's units) and all elements slip against them; else None.
         """
         size = magnitude(self.known)
         if self.forces.components or not np.all(size[self.contact] > self.bound[self.contact]):
@@ -180,7 +180,7 @@ class TangentialSystem(System):
         return rows * self.conditions.forces.scale
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
-        """The blended inverses on what is not along slipping tractions."""
+        """Step by the blended inverses, without the components along slipping tractions."""
         across, _, by_held = self._single
         turned = dot(across, right)
         step = self.blended(np.where(self.stick, right, turned * by_held))

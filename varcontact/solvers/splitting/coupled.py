@@ -28,8 +28,8 @@ from varcontact.solvers.splitting.projection import projected
 from varcontact.system.process import lazy_property
 
 GAMMA_PART = 0.8
-"""Steps gamma, divided by those of the two problems alone (fitted on eight scenes with 12 to 60
-elements across: rounds are within 8 % of the least)."""
+"""Factor on the steps gamma of the two separate problems (fitted on eight scenes with 12 to 60
+elements across: rounds within 8 % of the minimum)."""
 
 
 def splitting_coupled(

@@ -35,11 +35,11 @@ are within 20 to 50 % of those with the best constant one)."""
 GAMMA_STICKING = 1.0
 """Step gamma where all elements stick, of symmetric problems."""
 ROLLING_COLUMNS = 32
-"""Columns of the box at which it is one in rolling, too; it rises with their square root."""
+"""Columns of the box at which gamma is one in rolling, too; it rises with their square root."""
 GAMMA_ROLLING_MAX = 3.0
 GAMMA_DIGITS = 1
 ROLLING_SHARE = 0.2
-"""Share of sticking elements from which rolling has the step of a contact that sticks all over."""
+"""Share of sticking elements above which rolling has the step gamma of full stick."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +202,7 @@ class Inequality(FixedPoint):
 
 
 def tangential_gamma(share: float, columns: int, symmetric: bool) -> float:
-    """The step gamma for a share of sticking elements, of a box with so many columns."""
+    """Step gamma for a share of sticking elements, in a box with a number of columns."""
     if symmetric:
         gamma = GAMMA_SLIDING + (GAMMA_STICKING - GAMMA_SLIDING) * share
     else:

@@ -43,9 +43,9 @@ CONTRACTION = 1.5
 RECORD = 0.9
 """Part of the least ``|e|`` that counts as a new record."""
 PATIENCE = 12
-"""Candidates in a row without a record after which contractions take over."""
+"""Candidates in a row without a record after which contractions are made."""
 ASTRAY = 4.0
-"""Part of the record above which a candidate is given up at once."""
+"""Factor on the record above which a candidate is discarded at once."""
 CONTRACTIONS_MIN = 5
 """Contractions at least before candidates are tried again."""
 ROUNDS_MAX = 5000
@@ -57,7 +57,8 @@ NOISE_SINGLE = 3e-7
 NOISE_PART = 0.05
 """Part of the residual up to which such errors may add up."""
 JUDGEMENTS_MAX = 20
-"""Judgements at most, each with a smaller goal for the rounds."""
+"""Largest number of evaluations by the certificate's measure, each with a smaller goal for the
+rounds."""
 
 
 def splitting_normal(
@@ -87,8 +88,8 @@ def splitting_tangential(
 
 
 def solve(problem: GridProblem[Any], settings: Settings, start: RawSolution | None) -> RawSolution:
-    """Rounds from a start, or from coarse grids, until the answer is right as a certificate judges
-    it.
+    """Rounds from a start, or from coarse grids, until the answer reaches the tolerance as a
+    certificate measures it.
     """
     symmetric = problem.problem.symmetric
     # the first point, and the step gamma for the share of elements that stick there
@@ -112,8 +113,8 @@ def rounds_to_goal(
     settings: Settings,
     count: int = 0,
 ) -> RawSolution:
-    """Rounds to a goal, which is smaller where the certificate's judgement differs, after so many
-    others.
+    """Rounds to a goal, which is lowered while the certificate's error misses the tolerance;
+    `count` rounds came before.
     """
     tol = ROUNDED * settings.tol
     goal = tol
@@ -140,7 +141,7 @@ def rounds_to_goal(
 
 
 def _ignored(iterate: Iterate) -> None:
-    """Follower of nothing."""
+    """Follower that records nothing."""
 
 
 def _follower(
@@ -202,7 +203,7 @@ def rounds(
     count = 0
     while count < most:
         check_time(settings.deadline)
-        # the end, judged in double precision
+        # the final iterate, evaluated in double precision
         follow(now)
         settings.stats.tell(f"{fixed_point.words}, round {count}, residual {now.residual:.1e}")
         if now.residual <= goal and now.noise > 0:
@@ -217,7 +218,7 @@ def rounds(
         if now.size <= RECORD * record:
             record = now.size
             idle = 0
-        # where candidates gain nothing, contractions from the best point
+        # where candidates do not improve, contractions from the best point
         if idle > PATIENCE or not now.size <= ASTRAY * record:
             if not isinstance(fixed_point, Inequality):
                 break
@@ -233,15 +234,15 @@ def rounds(
 
 
 def _size(at: Iterate) -> float:
-    """The norm of e, infinite for what is no number."""
+    """Norm of e; infinite if it is not finite."""
     return at.size if np.isfinite(at.size) else np.inf
 
 
 def _candidate(fixed_point: FixedPoint, now: Iterate, extrapolation: Extrapolation) -> Iterate:
-    """The extrapolation of ``u - Q e``, Q the circulant near ``(I + gamma M)^-1``; its product in
-    single precision where that is enough.
+    """Extrapolation of ``u - Q e``, with Q the circulant near ``(I + gamma M)^-1``; its product in
+    single precision where that suffices.
     """
-    # what single precision takes is of the size of one, as its range is short
+    # fields are scaled to the size of one, as single precision has a short range
     step = -now.size * fixed_point.inverse(now.error / now.size)
     u = extrapolation.next_point(now.u, step)
     change = u - now.u
@@ -257,7 +258,7 @@ def _candidate(fixed_point: FixedPoint, now: Iterate, extrapolation: Extrapolati
 
 
 def _size_or_one(field: np.ndarray) -> float:
-    """The largest number of a field, one where there is none but zero."""
+    """Largest absolute value of a field; one for a zero field."""
     return float(np.abs(field).max()) or 1.0
 
 

@@ -1,4 +1,4 @@
-"""Products with M and its transpose on a box, and the circulant that stands for their inverses.
+"""Products with M and its transpose on a box, and the circulant that approximates their inverses.
 
 Fields are (c, ny, nx), in double or in single precision; displacements are in units of the
 influence of an element on itself.

@@ -90,7 +90,7 @@ class PrescribedSums:
         return int(np.count_nonzero(self.conditions.contact))
 
     def _size(self, at: Balance) -> float:
-        """The sum of tractions that are all as large as the largest."""
+        """Largest sum that tractions as large as the largest one could have."""
         scale = float(np.max(self.conditions.forces.scale))
         return float(np.abs(at.clipped).max()) * scale * self._count
 
