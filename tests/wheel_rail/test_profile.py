@@ -539,3 +539,10 @@ def test_segments_that_cross_are_found_as_one_by_one() -> None:
         assert set(crossed(points[:-1], points[1:]).tolist()) == by_hand(points)
     y = np.linspace(-35.0, 35.0, 50_000)
     assert Profile(y=y, z=y**2 / 600, kind="rail").y.size == y.size
+
+
+@pytest.mark.parametrize("profile", [Profile.rail_60e1(), Profile.s1002()], ids=["rail", "wheel"])
+@pytest.mark.parametrize(("first", "second"), [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+def test_exchanged_columns_are_doubted(profile, first, second):
+    with pytest.warns(DoubtfulProfile, match=f"the {profile.kind}'s y and z look exchanged"):
+        Profile(y=first * profile.z, z=second * profile.y, kind=profile.kind)

@@ -386,6 +386,20 @@ def test_the_picture_has_both_profiles_and_each_patch(two_patches):
     assert "yaw = 12 mrad" in profiles.get_title()
 
 
+def test_a_rail_measured_on_its_gauge_side_alone_tells_which_side_it_is():
+    """Mirrored it goes down on the field side alone, and has no gauge face to measure at."""
+    upright = Profile.rail_60e1()
+    measured = upright.trimmed(y=(-40.0, 25.0))
+    assert measured.exchanged_sides == ""
+    mirrored = Profile(y=-measured.y, z=measured.z, kind="rail")
+    words = "goes down by 36 mm on the field side, 2.02 on the other, so its gauge side is probably"
+    assert words in mirrored.exchanged_sides
+    with pytest.raises(SceneError, match=f"gauge_height = 14.0 .* at most 2.02 mm.*{words}"):
+        _ = Track(rail=mirrored).origin
+    with pytest.warns(UserWarning, match=words):
+        wheel(track=Track(rail=mirrored, gauge_height=0.0), dx=2.0, dy=1.0).estimate()
+
+
 def test_a_rail_with_its_sides_exchanged_is_told():
     """The benchmark's leans inwards by 1:40; upright ones say nothing, nor worn gauge corners."""
     mirrored = wheel(track=Track(rail=Profile(y=-RAIL.y, z=RAIL.z, kind="rail")), dx=2.0, dy=1.0)

@@ -89,8 +89,9 @@ class Profile(checks.Checked):
     Warns
     -----
     DoubtfulProfile
-        For points that look like those of the other kind, like z that points
-        up, or like a flange on the wrong side. They are taken as they are.
+        For points that look like those of the other kind, like y and z
+        exchanged, like z that points up, or like a flange on the wrong side.
+        They are taken as they are.
 
     Examples
     --------

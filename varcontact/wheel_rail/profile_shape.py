@@ -137,13 +137,15 @@ def direction(points: np.ndarray, kind: Kind) -> int:
 
 
 def doubt_of(points: np.ndarray, kind: Kind) -> str:
-    """Sentence on points that look like the other kind, z pointing up, or a wheel's flange on the
-    field side.
+    """Sentence on points that look like the other kind, y and z exchanged, z pointing up, or a
+    wheel's flange on the field side.
     """
     y, z = points.T
     other: Kind = "wheel" if kind == "rail" else "rail"
     if _is_of(other, y, z):
         return f'profile.kind = "{kind}", but the points look like those of a {other}'
+    if not _is_of(kind, y, z) and _is_exchanged(kind, y, z):
+        return f"the {kind}'s y and z look exchanged: z points down, and is the second column"
     if _upside_down(y, z, kind):
         return (
             f"the {kind}'s profile looks upside down: z points down; "
@@ -276,6 +278,14 @@ def _is_of(kind: Kind, y: np.ndarray, z: np.ndarray) -> bool:
     return bool(mostly_far and deepest.min() > BACK and lip < TIP) and flange(y, z) != 0
 
 
+def _is_exchanged(kind: Kind, y: np.ndarray, z: np.ndarray) -> bool:
+    """True if points are a rail's, or a wheel's, with y and z exchanged, either of them with either
+    sign.
+    """
+    orders = slice(None), slice(None, None, -1)
+    return any(_is_of(kind, z[order], sign * y[order]) for order in orders for sign in (1, -1))
+
+
 def check_sides(rail: Profile) -> None:
     """Warn of a rail whose sides are probably exchanged."""
     if rail.exchanged_sides:
@@ -283,20 +293,35 @@ def check_sides(rail: Profile) -> None:
 
 
 def exchanged_sides(y: np.ndarray, z: np.ndarray) -> str:
-    """The sentence on a rail's head that leans to the field side around its middle, as of one whose
-    sides are exchanged.
+    """Sentence on a rail whose sides are probably exchanged: it goes down on the field side alone,
+    or its head leans that way; empty for others.
     """
+    highest = int(z.argmin())
+    track_side = float(z[: highest + 1].max() - z[highest])
+    field_side = float(z[-1] - z[highest])
     at, depth, top = _falls(y, z)
+    words = ""
+    if track_side < TIP <= field_side:
+        words = f"goes down by {field_side:.3g} mm on the field side, {track_side:.3g} on the other"
+    elif min(depth[0], depth[-1]) >= TIP:
+        slope = _slope_of_head(at, depth, top)
+        if slope > OUTWARDS:
+            words = f"leans to the field side by 1:{1 / slope:.0f}"
+    if not words:
+        return ""
+    return (
+        f"track.rail: the profile {words}, so its gauge side is probably on the wrong side: "
+        "change the sign of y, or read the file with mirror_y=True"
+    )
+
+
+def _slope_of_head(at: np.ndarray, depth: np.ndarray, top: int) -> float:
+    """Slope of the middle half of a rail's head, positive where it falls to the field side; zero
+    with too few points.
+    """
     left = np.interp(-TIP, -depth[: top + 1], at[: top + 1])
     right = np.interp(TIP, depth[top:], at[top:])
     middle = np.abs(at - (left + right) / 2) < (right - left) / 4
-    if min(depth[0], depth[-1]) < TIP or middle.sum() < 3:  # it does not go down on both sides
-        return ""
-    slope = np.polyfit(at[middle], depth[middle], 1)[0]
-    if slope <= OUTWARDS:
-        return ""
-    return (
-        f"track.rail: the profile leans to the field side by 1:{1 / slope:.0f}, "
-        "so its gauge side is probably on the wrong side: "
-        "change the sign of y, or read the file with mirror_y=True"
-    )
+    if middle.sum() < 3:
+        return 0.0
+    return float(np.polyfit(at[middle], depth[middle], 1)[0])

@@ -239,6 +239,8 @@ class Track(
                 f"{np.ptp(self.profile.y):.3g} mm wide, ends on the track side; "
                 "0 measures the gauge between the highest points"
             )
+            if self.profile.exchanged_sides:
+                allowed += f"; {self.profile.exchanged_sides}"
             raise SceneError("track.gauge_height", self.gauge_height, allowed)
         if self.gauge_height == 0:
             return np.array([self.gauge / 2, 0.0]) - points[-1]
