@@ -170,6 +170,15 @@ def _check_formulation(formulation: str, programs: tuple[str, ...], reason: str)
     raise SceneError("formulation", formulation, allowed, message=message)
 
 
+def check_existing(methods: Methods) -> None:
+    """Refuse names that no solver and no theory has, whatever the scene."""
+    if methods.normal not in ("auto", "hertz"):
+        registry.solver("normal", methods.normal, ("auto", *registry.normal_methods()))
+    if methods.tangential not in ("auto", *THEORIES):
+        names = ("auto", *registry.tangential_methods(), *THEORIES)
+        registry.solver("tangential", methods.tangential, names)
+
+
 def _check_solvers(scene: Scene, methods: Methods) -> None:
     """Refuse solvers that do not exist, are not installed, or are for the other problem."""
     if methods.normal not in ("auto", "hertz"):

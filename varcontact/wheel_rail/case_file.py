@@ -33,6 +33,8 @@ from varcontact.io.toml_tables import (
 )
 from varcontact.scene.friction_laws import LAWS
 from varcontact.scene.plausibility import warn_plausibility
+from varcontact.solving.methods import taken_apart
+from varcontact.solving.selection import check_existing
 from varcontact.study.csv_table import Table, completed, of_another
 from varcontact.study.parallel import Execution, opened, results
 from varcontact.system.process import imported
@@ -360,9 +362,15 @@ def solve_rows(
 
 
 def _check_options(file: CaseFile) -> None:
-    """Refuse options that wheels do not have, which all have the same elements."""
+    """Refuse methods that do not exist, and options that wheels do not have; all have the same
+    elements.
+    """
+    if file.fast:
+        return
+    methods, _ = taken_apart(file.options)
+    check_existing(methods)
     first = file.cases[0]
-    if isinstance(first, WheelOnRail) and not file.fast:
+    if isinstance(first, WheelOnRail):
         check_methods(first, file.options)
 
 
