@@ -48,7 +48,9 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
     Between slices, points at the same part of the arc length, or of that
     between two features, lie on a cubic spline. Two slices at one position are
     a step, or, if they are equal, a kink. Before the first slice and behind the
-    last one a rail goes on unchanged; the spline of a wheel is closed.
+    last one a rail goes on unchanged, for patches that reach beyond them; the
+    middle of the wheel, ``position.s``, has to be within the slices. The spline
+    of a wheel is closed.
 
     Parameters
     ----------
