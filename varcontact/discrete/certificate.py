@@ -261,7 +261,7 @@ class _Judged:
 
     @property
     def residual(self) -> float:
-        """Residual of the tractions; tractions outside the contact count as errors in full."""
+        """Residual of the tractions; those where no friction can carry them count in full."""
         if self.problem.size == 0:
             return self.outside
         inside = tangential_residual(self.problem, self.traction, self.rigid, self.shift)

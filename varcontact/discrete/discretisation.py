@@ -359,9 +359,7 @@ class Discretisation:
         return changed(self, operators=self.operators.without_matrices(), subgrid=subgrid)
 
     def with_loading(self, **changes: Any) -> Discretisation:
-        """Copy with changes of the loading, such as `motion` or `coefficient`; bodies and grid
-        stay.
-        """
+        """Copy with changes of the loading, as `motion` or `friction`; bodies and grid stay."""
         return changed(self, loading=changed(self.loading, **changes))
 
     def with_motion(self, motion: Motion | None) -> Discretisation:
@@ -388,8 +386,8 @@ class Discretisation:
 
     @lazy_property
     def in_normal_force(self) -> np.ndarray | None:
-        """Components of tractions along x and y, and of pressures, along the normal of the plane,
-        (3, ny, nx); None where pressures alone have one.
+        """Factors of tractions along x and y, and of pressures, in the force along the normal of
+        the plane, (3, ny, nx); None where pressures alone give it.
         """
         frames = frames_of(self.surface, self.grid)
         if frames is None:

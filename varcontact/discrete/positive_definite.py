@@ -24,8 +24,8 @@ DENSE_LIMIT = 400
 so at 1000."""
 
 MISSED = 1e-10
-"""Probability, over the random start, that conjugate gradients take an indefinite S for positive
-definite."""
+"""Probability, over the random start, that conjugate gradients take an S for positive definite that
+is not."""
 
 MISSED_SHARE = 1e-2
 """Factor on this probability in the residual at which conjugate gradients stop: it leaves room for
@@ -42,7 +42,7 @@ EPS = float(np.finfo(float).eps)
 def positive_definite(
     operator: RestrictedOperator, dense_limit: int | None = None
 ) -> PositiveDefinite | None:
-    """Symmetric part ``S = (M + M')/2`` of an operator, or None if it could not be proved positive
+    """Symmetric part ``S = (M + M')/2`` of an operator, or None if it is not found to be positive
     definite.
     """
     if dense_limit is None:

@@ -185,7 +185,7 @@ def tangential_residual(
     if shift is None:
         shift = problem.shift(traction, rigid)
     problem = problem.under(traction)
-    # a diverging iterate ends at NaN, which has no residual
+    # a diverging iterate ends at NaN, and so does its residual
     with np.errstate(over="ignore", invalid="ignore"):
         own = problem.operator.diagonal
         image = problem.potential.projected(traction - shift / own, own)

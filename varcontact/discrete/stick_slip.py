@@ -179,7 +179,7 @@ def _areas(response: ContactResponse) -> np.ndarray:
 def with_implied_fields(
     disc: Discretisation, state: ContactState, *, by_slip: bool = False
 ) -> Discretisation:
-    """Discretisation with the implicit fields of a state from any solver: those that its tractions
+    """Discretisation with the implicit fields of a state from any source: those that its tractions
     imply, or with `by_slip` those that follow from its slip.
     """
     those = disc.interface.those(by_slip=by_slip)

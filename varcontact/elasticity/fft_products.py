@@ -154,7 +154,7 @@ def fft_box(ny: int, nx: int) -> tuple[int, int]:
 
 
 def table_bytes(ny: int, nx: int, blocks: int) -> int:
-    """Memory of a table of influence numbers and its transform [bytes], by its pairs of
+    """Memory of a table of influence numbers and its transform [bytes], with `blocks` pairs of
     components.
     """
     rows, columns = fft_box(ny, nx)

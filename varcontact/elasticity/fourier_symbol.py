@@ -294,7 +294,7 @@ def _times_k(
 
 
 def _directions(function: Function, k: np.ndarray) -> np.ndarray:
-    """Number of directions that resolves the harmonics of a few wave numbers."""
+    """Directions [rad], as many as resolve the harmonics of a few wave numbers."""
     count = DIRECTIONS_MIN
     while True:
         theta = 2 * np.pi * np.arange(count) / count

@@ -150,8 +150,8 @@ def check_own_grid(scene: Scene, sides: tuple[float, ...]) -> None:
 
 
 def check_of_matrix(scene: Scene, matrix: tuple[Numbers, ...], n: int) -> None:
-    """Check that a matrix has all n elements, contains curvature and layers if there are any, and
-    that the motion is a shift or steady rolling.
+    """Check that a matrix is that of all n elements, that the scene adds no curvature and no layer,
+    and that its motion, if any, is a shift or steady rolling, for which there is a C.
     """
     assert isinstance(scene.grid, Grid)
     if scene.grid.size != n:
@@ -310,7 +310,7 @@ class KernelMedium(GivenMedium):
 
     @staticmethod
     def _along_x(table: np.ndarray, lattice: Grid, columns: float) -> np.ndarray:
-        """Numbers of a lattice that is moved by some columns along x."""
+        """Numbers of a lattice for displacements `columns` further along x, a whole number."""
         ahead = round(columns)
         if abs(columns - ahead) > ON_LATTICE * max(1.0, abs(columns)):
             allowed = "a whole number of elements: bodies.kernel has no numbers between them"

@@ -114,7 +114,9 @@ class Graded(Checked, Stratified, path="bodies", G=positive, nu=poisson_ratio, d
         return POWER_REACH if self.exponent is not None else EXPONENTIAL_REACH
 
     def _sliced(self, slices: int, G: float, length: float) -> Stack:
-        """Homogeneous slices, thicker downwards, each with the modulus of its middle."""
+        """Homogeneous slices, thicker downwards, with the moduli of their middles; the first has
+        that of the surface.
+        """
         places = np.linspace(0.0, 1.0, slices + 1) ** 2
         if self.exponent is None:
             edges = self._reach * places

@@ -30,7 +30,7 @@ COMPONENTS = "xyz"
 
 @dataclass(frozen=True)
 class Yielding:
-    """Deformable bodies, one or both, and their modulus beside that of the contact."""
+    """Deformable bodies, one or both: their medium, and the ratio of the contact's G to theirs."""
 
     body: LoadedBodies
     medium: Homogeneous

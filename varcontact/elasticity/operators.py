@@ -32,8 +32,8 @@ DENSE_ELEMENTS = 160
 """Elements of a grid up to which a product with its assembled matrix is faster than one by FFT."""
 
 KEPT_NUMBERS = 33_000
-"""Largest table (blocks times elements) that is kept between solves, with its transforms and
-preconditioners; the last 48 take at most 210 MB."""
+"""Largest table (blocks times stencil points times elements) that is kept between solves, with its
+transforms and preconditioners; the last 48 take at most 210 MB."""
 
 SAME_NUMBERS = 1e-13
 """Relative difference, divided by the largest number, below which influence numbers count as the

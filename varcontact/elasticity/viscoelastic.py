@@ -75,8 +75,8 @@ class ViscoelasticMedium(Homogeneous):
         return self.glassy
 
     def at_end(self, time: float) -> ViscoelasticMedium:
-        """Medium for the change of tractions in a step of a history, at the step's end, as an
-        instantaneous response.
+        """Medium of the tractions at the end of a step of a history: the part of their delayed
+        displacements that follows within the step counts as instantaneous.
         """
         at_once = []
         for each in self.lagging:

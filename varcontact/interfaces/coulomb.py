@@ -25,7 +25,7 @@ class Coulomb(Interface):
 
     @classmethod
     def between(cls, bodies: BetweenBodies) -> Self:
-        """Coulomb friction with the coefficient of a scene; zero friction without a motion."""
+        """Coulomb friction with the coefficient of a scene, zero if it has none."""
         friction = bodies.friction
         assert not isinstance(friction, Law | FrictionBound)
         if friction is None:

@@ -34,7 +34,7 @@ TEMPERATURE = "temperature"
 RISE = "temperature_rise"
 """Temperature rise of particles at the end of a step, due to the heat of earlier steps."""
 TEMPERATURE_BEFORE = "temperature_before"
-"""Temperature at the end of the step before, at the same place."""
+"""Temperature at the end of the step before, not moved along with the particles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +86,8 @@ class FrictionalHeat(Interface):
         return {TEMPERATURE: rise + background(1.0, self.bodies)[0]}
 
     def arrive(self, before: StepBefore, at: Surroundings) -> Fields:
-        """Temperature rise due to the heat of all steps so far, at the end of the last step and of
-        this one.
+        """Temperature at the end of the last step, and temperature rise at the end of this one,
+        both due to the heat of all steps so far; nothing before the first heat.
         """
         if not before.heat:
             return {}
@@ -119,8 +119,8 @@ class Heat:
 
 
 def heating(scene: Scene, density: np.ndarray) -> np.ndarray:
-    """Power density that heats the surfaces: zero where nothing slips, although energy is lost at
-    edges.
+    """Density of frictional work that heats the surfaces: zero under infinite friction, although
+    energy is then lost at edges.
     """
     return density * (not scene.no_slip)
 

@@ -32,8 +32,8 @@ Fields = Mapping[str, np.ndarray]
 ANY_WAY = "any"
 FROM_ONE_SIDE = "one side"
 JUMPS = "jumps"
-"""Solutions to which passes over an implicit quantity lead: one, so that passes may be accelerated;
-several, each reached from its own side; several, with jumps between them."""
+"""Kinds of passes over an implicit quantity: they lead to one solution, and may be accelerated; to
+one of several, each reached from its own side; likewise, with a quantity that jumps."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class Response(Protocol):
         """Shift by tractions."""
 
     def under(self, fields: Fields) -> Response:
-        """Response of the same contact with these implicit fields added."""
+        """Response of the same contact, judged with these implicit fields in place of its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +153,8 @@ class StepBefore:
 
 
 Start = str | StepBefore | None
-"""Choice between several solutions: the one reached from stick or slip everywhere, or the one near
-a previous step."""
+"""Start of the search among several solutions: "stick" or "slip" everywhere, or another solution;
+None: the fields that have arrived, else stick."""
 
 
 @dataclass(frozen=True, eq=False)

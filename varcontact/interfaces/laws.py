@@ -104,8 +104,8 @@ class FrictionByLaw(Interface):
         return Potential(friction_bound(self.coefficient(at), pressure))
 
     def first(self, start: Start, at: Surroundings, shape: tuple[int, int]) -> Fields:
-        """Coefficients of the first pass: from stick or slip everywhere, or from another
-        solution.
+        """Coefficients of the first pass: those of another solution, those that have arrived, or
+        those of stick or slip everywhere.
         """
         if isinstance(start, StepBefore):
             return {FRICTION: self._of_slip(start)}
@@ -117,7 +117,9 @@ class FrictionByLaw(Interface):
         return {FRICTION: np.full(shape, coefficient)}
 
     def after(self, response: Response, at: Surroundings) -> Fields:
-        """Coefficients by the law in the slip area of a pass; elsewhere those of the pass."""
+        """Coefficients by the law in the slip area of a pass, elsewhere those of the pass; a local
+        law holds everywhere, and with a memory particles have their own.
+        """
         own, rest = self._own(response, response.slip, at)
         if self.law.memory_distance > 0:
             return {FRICTION: self._with_memory(response, own, rest, at)}

@@ -154,8 +154,8 @@ class Potential:
     flow: Flow | None = None
 
     def __and__(self, other: Potential) -> Potential:
-        """Potential of both together; two flows would act in series, which their maps cannot be
-        composed to.
+        """Potential of both together, of which one at most flows: two flows would act in series,
+        and no composition of their proximal maps gives that of both.
         """
         assert self.flow is None or other.flow is None, "one interface that flows"
         return Potential(np.minimum(self.bound, other.bound), self.flow or other.flow)

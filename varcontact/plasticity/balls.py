@@ -25,19 +25,19 @@ ANY = (0, 1, 2, 3, 4)
 IN_PLANE = (0, 1, 2)
 """Components that are free where the tractions on planes of one depth are zero."""
 AXIAL = (1,)
-"""The component that rho_xx alone contributes to."""
+"""Component of a residual stress of rho_xx alone."""
 
 SAMPLES = 64
 """Samples of each curve in the first search."""
 SEARCH_STEPS = 60
 """Steps of the first search at all points."""
 PRUNED_EVERY = 10
-"""Search steps between two prunings: points are dropped whose ball is smaller than the largest of
-all."""
+"""Search steps between two prunings, which drop points whose ball cannot be the largest, or is
+known to `CLOSE_BOUNDS`."""
 FINE_STEPS = 800
 """Steps at the points with the largest balls: radii to about 1e-4."""
 CLOSE_BOUNDS = 1e-5
-"""Relative difference of the bounds on a radius at which the search ends."""
+"""Relative difference of the bounds on a radius below which the search leaves its point."""
 CANDIDATES = 80
 """Number of points with the largest balls that are refined."""
 

@@ -29,14 +29,14 @@ from varcontact.system.process import lazy_property
 
 DIRECTIONS = 240
 """Intervals of the polar angle and of the azimuth in a quarter of the hemisphere of directions;
-kernels are evaluated at their ends, and exceed these values in between by about 1 %."""
+kernels are evaluated at their ends, and bounds for those in between are about 1 % larger."""
 SECOND = (0.0378, 0.1125)
 """Error bound of quadratic interpolation on the length 1, second derivatives being at most 1: with
-the third place in the middle, and its increase by that place's distance from there. From the
+the third place in the middle, and its increase per distance of that place from there. From the
 largest integral of Peano's kernel; tested, as the next ones."""
 TOUCHED = (0.1645, 0.245)
-"""Error bound of quadratic interpolation on the length 1, and its increase, for second derivatives
-of at most 1/s, s being the distance from one end."""
+"""Error bound of quadratic interpolation on the length 1, and its increase, as of `SECOND`, for
+second derivatives of at most 1/s, s being the distance from one end."""
 ASIDE_MAX = 0.2
 """Largest distance of the third place from the middle for which the bounds `SECOND` and `TOUCHED`
 hold."""
@@ -155,8 +155,8 @@ class Remainders:
     def in_blocks(
         self, low: np.ndarray, high: np.ndarray, box: tuple[np.ndarray, np.ndarray, np.ndarray]
     ) -> np.ndarray:
-        """Error bounds of quadratic interpolation in any box of given sides within larger boxes,
-        from `low` to `high`.
+        """Error bounds (n, 3 axes, 5) of quadratic interpolation in any box with the sides of `box`
+        (low, middle, high) within larger boxes, from `low` to `high`.
         """
         bounds = kernel_bounds(self.field.nu)
         slopes = (bounds.along_x, bounds.along_y)
@@ -236,7 +236,7 @@ class _Lines:
 
     @classmethod
     def of(cls, size: np.ndarray, grid: Grid, half: tuple[float, float]) -> _Lines:
-        """Lines of nodes with a size (3, ny, nx)."""
+        """Lines from their sizes (3, ny, nx) at nodes, but those that are zero among zero ones."""
         axis = 2 - int(np.argmax(half))
         padding = [(0, 0)] * 3
         padding[axis] = (1, 1)

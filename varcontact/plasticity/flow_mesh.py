@@ -17,11 +17,11 @@ from varcontact.plasticity.passage import Passage
 DEPTH_POWER = 1.6
 """Exponent of the depth of rectangles as a function of their number."""
 WIDTH_POWER = 1.4
-"""Exponent of the distance of rectangles beside the contact as a function of their number."""
+"""Exponent of the distance of rectangles from the contact as a function of their number."""
 EXTENT = 0.9
 """Part of the passage's section that the mesh covers."""
 CELLS_MAX = 4
-"""Largest number of cells of a rectangle along y."""
+"""Largest number of cells along y of rectangles below the contact, except in the first row."""
 SURFACE_CELLS = 4
 """Cells in an element at the surface, where no cell may have a node inside."""
 DEPTHS = (0.7, 1.5)
@@ -31,7 +31,7 @@ SURFACE_LAYERS = 12
 GROWTH = 1.35
 """Ratio of the lower to the upper depth of these layers."""
 LAYER = 0.2
-"""Thickness of other layers, divided by the depth of their row."""
+"""Thickness of other layers, divided by the upper depth of their row."""
 QUADRATURE_WEIGHTS = np.repeat([0.225, 0.132394152788506, 0.125939180544827], [1, 3, 3])
 QUADRATURE_POINTS = (0.470142064105115, 0.101286507323456)
 """Radon's rule of degree 5 on a triangle: barycentric coordinates of two of its points."""
@@ -143,7 +143,9 @@ def flow_mesh(passage: Passage, inside: int, outside: int, down: int) -> Mesh:
 
 
 def _blocks(depth: np.ndarray, inner: np.ndarray, wide: int) -> tuple[Block, ...]:
-    """Blocks of rows with these ends: cells are smaller in the `inner` columns."""
+    """Blocks of rows with the ends `depth`: cells are smaller in the `inner` columns, whose
+    rectangles are `wide` elements wide.
+    """
     columns = np.flatnonzero(inner)
     first = int(columns[0])
     last = int(columns[-1]) + 1

@@ -17,10 +17,10 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 HEIGHT = 1 / 4
-"""Height of the triangle that bounds the interpolation error at a kink of slope 1, divided by the
-step."""
+"""Largest height of the triangle that is the error of linear interpolation at a kink of slope 1,
+divided by the step."""
 AREA = 1 / 8
-"""Area of this triangle, divided by the square of the step."""
+"""Largest area of this triangle, divided by the square of the step."""
 CONJUGATE = 0.3
 """Bound on the conjugate function of such a triangle, divided by the step: ``(1/pi) (1/4 +
 ln(16)/4)``."""

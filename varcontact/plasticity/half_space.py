@@ -35,7 +35,7 @@ TO_COORDINATES = np.array(
 
 
 def plain_terms(name: str) -> list[tuple[float, str]]:
-    """Terms without zz that a derivative is the sum of, by Laplace's equation."""
+    """Signs and names of derivatives without zz that add up to one, by Laplace's equation."""
     if name.count("z") < 2:
         return [(1.0, name)]
     rest = name.replace("z", "", 2)
@@ -64,7 +64,7 @@ def _by_traction(along: str, other: str, nu: float) -> dict[str, list[tuple[floa
 
 def _by_pressure(nu: float) -> dict[str, list[tuple[float, str]]]:
     """Stresses times 2 pi by a pressure, as derivatives of its potential; those of fourth order are
-    times the depth.
+    to be multiplied by the depth.
     """
     slip = 1 - 2 * nu
     return {
@@ -93,7 +93,7 @@ def stress_matrix(nu: float) -> np.ndarray:
 
 def depth_matrix(nu: float) -> np.ndarray:
     """Coordinates (3 tractions, 5, derivatives) of W in ``e_zz = -(d^2/dx^2 + d^2/dy^2) W``: with e
-    = A + z B, W is e and twice the antiderivative of B along z, all terms of which have a z.
+    = A + z B, W is e plus twice the antiderivative of B along z, all terms of which have a z.
     """
     matrix = np.zeros((3, len(COMPONENTS), len(DERIVATIVES)))
     each = (_by_traction("x", "y", nu), _by_traction("y", "x", nu), _by_pressure(nu))

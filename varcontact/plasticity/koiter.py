@@ -25,7 +25,7 @@ from varcontact.plasticity.work import Means
 ROUNDS = 6
 """Largest number of programs."""
 TOLERANCE = 3e-3
-"""Excess over the yield surface below which no more samples are added."""
+"""Relative excess over the yield surface below which a round is the last."""
 GAINED = 1e-3
 """Relative change of the load factor below which a round is the last."""
 SMALL = 0.7
@@ -37,7 +37,7 @@ ROUNDING = 1e-9
 RIDGE = 1e-9
 """Number added to the diagonal of a matrix with dependent rows, divided by that diagonal."""
 CORRECTIONS = 4
-"""Solves with that matrix; each leaves about this small a part of the remaining error."""
+"""Number of solves with that matrix; each leaves about the part `RIDGE` of the error."""
 EXTREMES = [3]
 """Coordinates whose extremes along x are among the first samples."""
 

@@ -37,8 +37,8 @@ HARDENING = ("none", "kinematic")
 ELEMENTS_OF_FAMILIES = 16
 """Samples across the contact for closed forms: coarser grids are divided."""
 ELEMENTS = (24, 48)
-"""Samples across the contact for programs, tried in turn until the gap is closed. With fewer the
-gap is 1 % larger, except where the surface slides."""
+"""Samples across the contact for programs, tried in turn until the gap is closed. With fewer gaps
+are larger by 1 % (of the limit), except where the surface slides."""
 NET_STRAIN = 0.3
 """Net divided by total plastic strain of a passage above which a mechanism is ratchetting."""
 SURFACE = 0.05
@@ -49,8 +49,8 @@ FINER_SPLINES = (20, 6, 20)
 MESHES = ((9, 4, 10), (18, 4, 14))
 """Rectangles of the velocity meshes: across the contact, beside it, in depth."""
 ERROR_DEPTH = 1.5
-"""Depth to which the error of the field is searched, divided by the depth of the limit or a
-half-width."""
+"""Depth of the section for the error of the field, divided by that of alternating plasticity, at
+least a half-width."""
 MOSTLY = 0.5
 """Share of the dissipation at the surface above which surface sliding gives the limit: velocities
 below it and finer stresses do not improve the bounds."""
@@ -387,7 +387,9 @@ def _passage(search: LimitSearch, parts: int, deepest: float = math.inf) -> Pass
 
 
 def _least(alternating: Mechanism, surface: Mechanism, search: LimitSearch) -> Mechanism:
-    """The lower of the two upper bounds in closed form."""
+    """The lower of the two upper bounds in closed form; with kinematic hardening that of
+    alternating plasticity.
+    """
     if search.hardening == "kinematic" or alternating.factor < surface.factor:
         return alternating
     return surface

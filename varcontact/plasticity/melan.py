@@ -31,7 +31,7 @@ POINTS_ADDED = 80
 PEAKS_ADDED = 4
 """Samples of a point that a round may add."""
 STALLED = 1.002
-"""Factor by which the bound must grow in a round, else the search has stalled."""
+"""Factor by which the bound must grow in a round; the third round below it is the last."""
 SMALL_STRESS = 0.1
 """Weight of the square of the residual stress: the smallest of nearly equal ones is chosen. With a
 lower weight the stress between samples exceeds that at samples by 1.5 %."""

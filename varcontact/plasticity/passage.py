@@ -52,7 +52,7 @@ ALONG_X = ((1, 0, 0), (0, 0, 1, 1, 0))
 ALONG_Y = ((0, 1, 0), (0, 0, 1, 0, 1))
 """Number of indices y, modulo 2, of the three tractions and of the five stress coordinates."""
 SYMMETRY_TOLERANCE = 1e-6
-"""Largest difference of mirror images, divided by the peak pressure."""
+"""Largest difference of mirror images, divided by the largest stress coordinate."""
 MIRRORED_IN_Y = np.array([1.0, 1.0, -1.0, 1.0, -1.0])
 """Signs of the five coordinates in the mirror image y -> -y."""
 
@@ -234,7 +234,7 @@ def divided(load: np.ndarray, grid: Grid, parts: int | tuple[int, int]) -> tuple
 
 
 def _interpolated(values: np.ndarray, parts: int, axis: int) -> np.ndarray:
-    """Linear interpolation along an axis, with each interval divided into parts."""
+    """Linear interpolation along an axis, with each interval divided into `parts`."""
     values = np.moveaxis(values, axis, -1)
     count = values.shape[-1]
     place = np.arange((count - 1) * parts + 1) / parts
@@ -245,7 +245,7 @@ def _interpolated(values: np.ndarray, parts: int, axis: int) -> np.ndarray:
 
 
 def _places(centres: np.ndarray, step: float, beyond: int) -> np.ndarray:
-    """Centres of elements, with some more beyond both ends."""
+    """Centres of elements, with `beyond` more at both ends."""
     return centres[0] + step * np.arange(-beyond, len(centres) + beyond)
 
 
@@ -308,7 +308,7 @@ def bilinear_layer(field: HalfSpace, depth: float, beyond: tuple[int, int]) -> n
 def layer_at(
     field: HalfSpace, parts: tuple[int, int], x: np.ndarray, y: np.ndarray, depth: float
 ) -> np.ndarray:
-    """Stresses (y, x, 5) at one depth and places on a lattice of parts of an element."""
+    """Stresses (y, x, 5) at one depth and places on the lattice of `parts` (x, y) of an element."""
     load, grid = divided(field.load, field.grid, parts)
     columns = np.rint((x - grid.x[0]) / grid.sides[0]).astype(int)
     rows = np.rint((y - grid.y[0]) / grid.sides[1]).astype(int)

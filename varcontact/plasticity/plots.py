@@ -31,7 +31,8 @@ with unlimited kinematic hardening; by `python -m tests.benchmarks shakedown lin
 
 
 SMALL_FLOW = 0.08
-"""Velocity, divided by the largest, below which no arrow is drawn."""
+"""Velocity, divided by the largest, of the nodes that set the limits of the picture; arrows are
+drawn above half of it."""
 ARROWS = (13, 7)
 """Largest number of arrows across the section and down."""
 
@@ -126,7 +127,7 @@ def _draw_section(ax: Axes, limit: Shakedown) -> None:
 
 
 def _draw_velocities(ax: Axes, limit: Shakedown) -> None:
-    """Velocities above the threshold: along x by colour, across it by arrows."""
+    """Velocities in the part of the section that flows: along x by colour, across it by arrows."""
     flow: Any = limit.mechanism
     y, depth = flow.mesh.places.T * flow.unit
     velocity = flow.velocity

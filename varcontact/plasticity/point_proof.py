@@ -213,8 +213,8 @@ class PointProof:
         return max(found, float(np.max(boxes.bound)))
 
     def surface_margins(self) -> np.ndarray:
-        """Error bounds (ny, nx) of quadratic interpolation about samples at the surface, relative
-        to the yield stress.
+        """Margins (ny, nx) about samples at the surface, relative to the yield stress: the part
+        `SHARE` of the error bounds of quadratic interpolation.
         """
         k = float(self.strength(np.zeros(1))[0])
         margins = np.zeros((len(self.residual.y), len(self.x)))
@@ -260,7 +260,7 @@ class PointProof:
             yield boxes
 
     def _parted(self, boxes: Boxes, parts: int) -> Boxes:
-        """Boxes of one layer and size, divided along x and y, and halved in depth."""
+        """Boxes of one layer and size, divided into `parts` along x and y, and halved in depth."""
         share = np.linspace(0, 1, 2 * parts + 1)
         sides = boxes.high - boxes.low
         along, across = (
@@ -433,7 +433,7 @@ class PointProof:
         self, boxes: Boxes, k: np.ndarray, small: np.ndarray, bent: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Interpolation error bounds (n, 5), relative to the yield stress, and the axis that adds
-        most; in blocks where stresses are `small`. `bent`: part of the residual stress (n, 3, 5).
+        most; in blocks where stresses are `small`. `bent` (n, 3, 5): those of the residual stress.
         """
         missed = np.zeros((len(boxes), 3, 5))
         missed[small] = self._missed_in_blocks(boxes[small])

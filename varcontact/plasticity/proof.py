@@ -28,7 +28,7 @@ TOLERANCE = 2e-3
 LAYERS_MAX = 500
 """Largest number of layers that are examined."""
 PARTS_MAX = 256
-"""Largest number of samples from node to node."""
+"""Number of intervals between two nodes beyond which they are not halved again."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Proof:
         return layers
 
     def centre(self, depth: float) -> np.ndarray:
-        """Minus the residual stress at a depth; for a layer the value in its middle."""
+        """Minus the residual stress (5,) at a depth; layers take that in their middle."""
         return np.array([np.interp(depth, self.depths, each) for each in self.centres.T])
 
     def _first_tops(self) -> list[float]:
@@ -93,7 +93,7 @@ class Proof:
         return [0.0, *thin.tolist(), *positive.tolist()]
 
     def _layer(self, top: float, end: float, enough: float) -> DepthLayer:
-        """Bound on all stresses in a layer, refined along x until it is small enough."""
+        """Layer with a bound on all its stresses, refined along x until the bound is `enough`."""
         k = float(np.min(self.strength(np.array([top, end]))))
         ends = _LayerEnds(self.field, top, end - top, k, self.centre((top + end) / 2))
         upper, lower = ends.sizes(*self.field.stress(top))

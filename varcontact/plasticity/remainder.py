@@ -1,4 +1,4 @@
-"""Excess of the size of a stress over its linear interpolation between samples."""
+"""Estimated excess of the size of a stress over its linear interpolation between samples."""
 
 from __future__ import annotations
 

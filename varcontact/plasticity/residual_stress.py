@@ -19,9 +19,9 @@ from varcontact.plasticity.passage import Passage
 
 DEGREE = 3
 GROWTH = 1.4
-"""Exponent of the width of intervals beside the contact."""
+"""Exponent of the distance from the contact of the ends of intervals beside it."""
 DEPTH_GROWTH = 1.6
-"""Exponent of the depth of intervals below the contact."""
+"""Exponent of the depth of the ends of intervals as a function of their number."""
 LEBESGUE = 2.0
 """Bound on quadratic interpolation between values of at most 1, the middle one anywhere between .3
 and .7 of the length."""
@@ -47,8 +47,8 @@ class ResidualSpace:
 
     @classmethod
     def around(cls, passage: Passage, inside: int, outside: int, down: int) -> ResidualSpace:
-        """Space with these numbers of intervals across the contact, beside it on either side, and
-        in depth.
+        """Space with about these numbers of intervals across the contact, beside it on either side,
+        and in depth; they end where cells of the passage do.
         """
         left, right = passage.loaded[2:]
         outermost = 0.98 * passage.y[-1]

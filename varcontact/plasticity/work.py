@@ -46,7 +46,7 @@ class Means:
     @classmethod
     def of(cls, passage: Passage, mesh: Mesh, strength: Strength, order: int = 4) -> Means:
         """Means from the field in closed form, or from interpolation through `order` samples of a
-        passage along each axis.
+        passage along y and depth.
         """
         rows = len(mesh.depth) - 1
         columns = len(mesh.y) - 1

@@ -15,7 +15,7 @@ from varcontact.scene.interpolation import Interpolation
 from varcontact.system.process import lazy_property
 
 AROUND = 8
-"""Samples of the next period beside the ends, with which an interpolation continues smoothly."""
+"""Samples of the periods before and after, with which an interpolation continues smoothly."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -277,8 +277,8 @@ def _check_time(scene: Scene, field: str, meaning: str, value: Any) -> None:
 
 
 def _check_surfaces(scene: Scene) -> None:
-    """Check that line contact (and nothing else) has no rows and no spin, and that the surfaces of
-    a history are alike and on a plane.
+    """Check that only line contact has no rows, that nothing spins in it, and that surfaces of a
+    history are alike and on a plane.
     """
     grid = scene.grid
     _check_tractions(scene)
@@ -479,7 +479,7 @@ def _check_start_of_warm(scene: Scene) -> None:
 
 
 def _check_by_element(scene: Scene) -> None:
-    """Check that values by element, and rules by element, are given on the scene's own grid."""
+    """Check that values by element fit the scene's own grid, and that its edge suits a history."""
     motion = scene.motion
     if isinstance(motion, Transient | TimeStep):
         _check_edge_of_history(scene)

@@ -93,8 +93,8 @@ class Law(
         return np.zeros_like(slip_sizes(slip))
 
     def after(self, before: Any, own: Any, slip: np.ndarray, travel: float) -> np.ndarray:
-        """Coefficient of particles with a coefficient of their own, after sliding ``slip *
-        travel``.
+        """Coefficient of particles that had the coefficient `before`, after sliding ``slip *
+        travel`` where the law without memory gives `own`.
         """
         least = self.memory_velocity / getattr(self, "velocity", 1.0)
         slid = np.maximum(slip, least) * travel / self.memory_distance

@@ -181,7 +181,7 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
         object.__setattr__(
             self, "warm", any(_depends_on_temperature(each) for each in self.factors)
         )
-        # functions are evaluated once
+        # each function is called once, as a trial
         example = {
             name: np.full((2, 3), value)
             for name, value in zip(ARGUMENTS, (0.0, 20.0, 1.0, 0.0, 0.0), strict=True)

@@ -377,7 +377,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         level = self._between.at(x, y)
         if np.array_equal(x, grid.x) and np.array_equal(y, grid.y):
             return level
-        # beyond the samples: linear extrapolation, by the values at the mirror images of the points
+        # beyond the samples: linear extrapolation by the mirror images of the points, only upwards
         mirrored = self._between.at(2 * x - grid.x, y), self._between.at(x, 2 * y - grid.y)
         return np.asarray(level + sum(np.maximum(level - each, 0.0) for each in mirrored))
 
@@ -408,7 +408,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             return fields
         x, y = self.coordinates
         places = np.clip(grid.x, x[0], x[-1]), np.clip(grid.y, y[0], y[-1])
-        # splines of the last fields are reused on the next grid; the fields are read-only
+        # splines of the last fields are reused on the next grid, if the fields are read-only
         of_fields, between = self.__dict__.get("_last_sampled", (None, []))
         if of_fields is not fields or fields.flags.writeable:
             flat = fields.reshape(-1, *self.samples.shape)

@@ -49,7 +49,7 @@ def full_slip(
         size = magnitude(shift)
         if not size.min() > 0:
             return None
-        # an element whose traction has the direction of its shift sticks, except in a new contact
+        # an element that moves with its traction sticks; a start may have such in new contact
         if start is None and np.any(dot(traction, shift) > 0):
             return None
         against = shift * (-problem.bound / size)

@@ -136,7 +136,7 @@ class SolveStats:
         return self.trace.follower(problem)
 
     def reporter(self) -> Reporter | None:
-        """Function that records figures that a solver reports itself, or does nothing."""
+        """Function that records figures that a solver reports itself; None without a trace."""
         if self.trace is None or not self.traces:
             return None
         return self.trace.reporter()

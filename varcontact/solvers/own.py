@@ -142,8 +142,8 @@ def _answer(problem: NormalProblem | TangentialProblem, result: Any) -> RawSolut
 def _pressure(
     problem: NormalProblem, raw: RawSolution, pressure: np.ndarray, rigid: Any
 ) -> RawSolution:
-    """Pressures with their approach; if that is neither prescribed nor returned it is their
-    mean.
+    """Pressures with their approach; if that is neither prescribed nor returned, it is the mean of
+    ``h + A p`` weighted by them.
     """
     if not pressure.max() > 0:
         raise Failure("it returned no pressure")

@@ -151,7 +151,7 @@ def _of_tractions(
     traction = project(iterate.traction, problem.bound)
     rigid = iterate.rigid
     shift = problem.shift(traction, rigid)
-    copies = problem.operator.copies  # half of a contact that is its own mirror image
+    copies = problem.operator.copies  # 2 for one half of a symmetric contact, else 1
     absolute = copies * gap(problem, traction, rigid, shift)[0]
     objective = absolute
     if problem.symmetric:

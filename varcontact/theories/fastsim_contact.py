@@ -52,7 +52,8 @@ LONG = (
 SLENDER = 0.101
 """Ratio of semi-axes below which asymptotes replace the table."""
 BLENDED = 3.0
-"""Creepage, divided by the characteristic one, above which a single flexibility is used."""
+"""Creepage, divided by the characteristic one, from which a single flexibility is used; below,
+three blend into it."""
 
 
 @dataclass(frozen=True)

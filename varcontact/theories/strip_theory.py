@@ -32,8 +32,8 @@ cache."""
 MAX_DIVISIONS = 100_000
 """Largest number of intervals along a strip, and of strips."""
 LARGEST_STEP = 1e100
-"""Largest step, in units of the bound; larger ones keep their direction only, as squares must not
-overflow."""
+"""Largest step, in units of the bound; larger ones are cut to this size, in their direction, as
+squares must not overflow."""
 SMALLEST = 1e-150
 """Size below which a vector has no direction."""
 

@@ -368,7 +368,7 @@ def tang_safeguarded(
     if best.solved:
         return best
     count = best.iterations
-    # some random problems need each of these starts
+    # each of these starts is needed by some random problems
     for begin, iterations in _further_starts(problem, at, settings):
         raw = _descend(problem, begin, max_steps, settings)
         count += iterations + raw.iterations

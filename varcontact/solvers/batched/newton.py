@@ -90,11 +90,11 @@ def solve_batch(
             work = _joined(work, method.entered(ids, traction[..., ids], rigid[:, ids]))
         assert work is not None
         pool, at = work
-        # recompute in double precision where rounding dominates
+        # recompute in double precision where rounding may exceed a tenth of the residual
         stale = np.flatnonzero(pool.rounding > 0.1 * np.maximum(at.residual, tol * at.size))
         if certified and stale.size:
             at.put(stale, method.renewed(pool, stale, pool.symbol))
-        # record converged problems, and continue with the others
+        # record problems that are ready, and continue with the others
         ready = np.flatnonzero((at.residual <= tol * at.size) | (pool.steps >= MAX_NEWTON_STEPS))
         if ready.size:
             leaving = method.left(pool, at, ready, out, tol, certified)
@@ -140,7 +140,7 @@ def _joined(
 
 
 def shift_before(problem: BatchedProblem, traction: np.ndarray, ahead: int) -> np.ndarray:
-    """Displacements (2, ny, nx, n) by tractions, of particles some elements ahead."""
+    """Displacements (2, ny, nx, n) by tractions, of particles `ahead` elements ahead."""
     ny, nx, _ = problem.bound.shape
     transform = transforms(ny, nx, ((ahead, 1.0),))
     symbol = transform.symbol(influence(problem, transform.columns) * (problem.dx / np.pi))
@@ -283,8 +283,8 @@ class BatchedNewton:
         tol: float,
         certified: bool,
     ) -> np.ndarray:
-        """Record the problems that have converged in double precision; returns their places in the
-        pool.
+        """Record the ready problems that have converged (if `certified` in double precision) or
+        have no steps left; returns their places in the pool.
         """
         bound = pool.bound[..., ready]
         scale = 1.0 if self.scale is None else self.scale
@@ -445,8 +445,8 @@ class BatchedNewton:
         return combined(steps), combined(images), rigid
 
     def step(self, pool: Pool, at: NaturalMap, tol: float) -> NaturalMap:
-        """State after one Newton step of every problem, with a line search on the norm of the
-        natural map's residual.
+        """Natural map after one Newton step of every problem, with a line search on the norm of its
+        residual; the pool is changed in place.
         """
         equations = self.linearised(pool, at)
         near = at.residual <= 30 * tol * at.size

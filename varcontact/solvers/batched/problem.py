@@ -162,7 +162,7 @@ class BatchedSolution(Batch):
 
     @classmethod
     def unsolved(cls, problem: BatchedProblem) -> BatchedSolution:
-        """Solution with empty arrays, filled as problems are solved."""
+        """Solution to be filled as problems are solved: zeros, with infinite residuals and gaps."""
         n = problem.dx.size
         return cls(
             traction=np.zeros_like(problem.rigid_shift),

@@ -18,8 +18,8 @@ from varcontact.solvers.newton.kernel import CAUSAL, parzen
 
 @dataclass(frozen=True, eq=False)
 class Transforms:
-    """Matrices of a lattice's transforms, in single and double precision; `along_x` and `along_y`
-    have those along each axis.
+    """Matrices of a lattice's transforms, in pairs: along x, along y. Those of fields and
+    displacements are in single and in double precision.
     """
 
     even: tuple[np.ndarray, np.ndarray]  # numbers by offset, even along both axes

@@ -180,7 +180,7 @@ class TangentialSystem(System):
         return rows * self.conditions.forces.scale
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
-        """Step by the blended inverses, without the components along slipping tractions."""
+        """Step by the blended inverses; along slipping tractions it is the right-hand side."""
         across, _, by_held = self._single
         turned = dot(across, right)
         step = self.blended(np.where(self.stick, right, turned * by_held))
