@@ -145,7 +145,9 @@ def _solution(name: str, problem: NormalProblem | TangentialProblem) -> RawSolut
 
 
 def _normal(problem: NormalProblem, solution: RawSolution) -> Arrays:
-    """Distances count from the approach where it is prescribed, else from the smallest distance."""
+    """Arrays of a normal problem; distances count from a prescribed approach, else from the
+    smallest distance.
+    """
     level = problem.approach
     rigid = 0.0
     force = np.nan

@@ -31,7 +31,7 @@ Body = Bodies | Layered | Viscoelastic
 LIKE = Bodies(G=1.0, nu=0.28)
 CIRCLE = Ellipse(a=1.0, b=1.0)
 FINEST = 60
-"""Elements across the largest contacts, of which about 2800 are in contact."""
+"""Elements across the largest contacts, which then have about 2800 elements."""
 QUICK_SET = (
     "circle, 8 across",
     "circle, 16 across",

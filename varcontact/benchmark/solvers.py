@@ -90,7 +90,9 @@ def entry_named(text: str) -> Entry:
 
 
 def _specs(names: str) -> list[SolverSpec]:
-    """Solvers for ``normal|tangential``, which must be two names, or one name for both problems."""
+    """Solvers named by ``normal|tangential``, or by one name for both problems; empty unless both
+    names of a pair are solvers.
+    """
     normal, bar, tangential = names.partition("|")
     if not bar:
         tangential = normal

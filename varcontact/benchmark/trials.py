@@ -49,8 +49,8 @@ as not converged; and reasons for having no answer."""
 GROUPS = (
     "pressures", "shifts", "rolling", "line rolling", "viscoelastic pressures"
 )  # fmt: skip
-"""Groups of problems, each of which a solver takes as a whole: QPs, cones with an energy, cones
-without; QPs without an energy."""
+"""Groups of problems, of each of which a solver takes all or none: QPs; cones with an energy; cones
+without one; QPs without one."""
 
 
 def group_of(problem: NormalProblem | TangentialProblem) -> str:
@@ -121,8 +121,8 @@ class Process:
         return posed
 
     def verdicts(self, trial: Trial) -> Iterator[tuple[float, Verdict]]:
-        """Verdict at each tolerance of a trial that has begun; after a timeout also for the tighter
-        ones.
+        """Verdict at each tolerance of a trial that has begun; after a timeout or a crash repeated
+        for the tighter ones.
         """
         for i, tol in enumerate(trial.tols):
             verdict = self._received(self.limit)
@@ -286,7 +286,7 @@ def _reason(error: Exception) -> str:
 def trials(
     problems: Sequence[BenchmarkProblem], solvers: Sequence[str], tols: Sequence[float]
 ) -> Iterator[Trial]:
-    """Verdicts of all trials, problem by problem."""
+    """All trials, problem by problem, each with its tolerances from loose to tight."""
     loose_first = tuple(sorted(tols, reverse=True))
     for problem in problems:
         for solver in solvers:

@@ -64,7 +64,7 @@ def scan(
             for solution in scanned(described, triples, **settings):
                 found.append(solution)
                 progress(f"{len(found)} of {len(triples)} creepages")
-    finally:  # computed results are kept if one method fails
+    finally:  # computed results are kept if one creepage fails
         if found:
             _deliver(found, out, plot, as_json)
 

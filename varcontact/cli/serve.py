@@ -93,7 +93,7 @@ def serve_lines(messages: IO[bytes] | BufferedIOBase, answers: IO[bytes] | Buffe
 
 
 def answer(line: bytes, before: Before | None = None) -> tuple[dict[str, Any], Before | None]:
-    """Answer to a message, and the start of the next one."""
+    """Answer to a message, and the start of the next one: after an error the earlier start."""
     name = None
     try:
         message = _message(line)
@@ -140,7 +140,9 @@ def _message(line: bytes) -> dict[str, Any]:
 def _solved(
     message: Mapping[str, Any], before: Before | None
 ) -> tuple[dict[str, Any], Before | None]:
-    """Results by wheel; an error concerns its own wheel only."""
+    """Results by wheel, where an error is that of one wheel only; and the start of the next
+    message, None if it cannot start from this one.
+    """
     from varcontact.io.toml_tables import table_of
 
     # scenes of the wheels

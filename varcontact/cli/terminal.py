@@ -131,6 +131,6 @@ def stop(
 
 
 def fail(error: object, status: int) -> NoReturn:
-    """Print an error on standard error and exit with its status."""
+    """Print an error on standard error and exit with a `status`."""
     print(f"varcontact: {error}", file=sys.stderr)
     raise SystemExit(status)

@@ -63,7 +63,7 @@ class CaseInput:
 
     @property
     def damped(self) -> bool:
-        """True for M2 = 2, or M2 = 1 kept from a case with it.
+        """True for M2 = 2, or for M2 = 1 after a case that is damped.
 
         CONTACT prints forces without those of damping, which affect only wheels under given forces.
         """

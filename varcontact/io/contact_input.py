@@ -157,7 +157,7 @@ slip_difference='first-order', speed=None)
     file = checks.file_name("path", path)
     inputs, unreadable = read_cases(file)
     readable = inputs
-    if strict and unreadable:  # errors in earlier entries come first
+    if strict and unreadable:  # errors in earlier cases come first
         readable = [case for case in inputs if case.number < unreadable[0].number]
     cases = cases_of(readable, strict)
     if unreadable and (strict or not inputs):

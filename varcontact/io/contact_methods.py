@@ -72,7 +72,7 @@ def methods_of(case: CaseInput, surface: Any) -> dict[str, Any]:
 
 
 def simplified_theory_of(case: CaseInput) -> dict[str, Any] | None:
-    """Data of `SimplifiedTheory`, if M = 2 or 3 requests it."""
+    """Entries of `SimplifiedTheory`, if M = 2 or 3 requests it; else None."""
     if case.controls["MATER"] not in SIMPLIFIED:
         return None
     flexibility, slope = flexibility_of(case)
@@ -93,7 +93,7 @@ def _slips_at_first(case: CaseInput) -> bool:
 
 
 def _solver(case: CaseInput) -> CaseInput | None:
-    """Case from which the solver is kept, or this case."""
+    """Case that gives the solver: this one, or the one from which it is kept, if there is one."""
     found: CaseInput | None = case
     while found is not None and found.controls["GAUSEI"] == 1:
         found = found.before

@@ -56,7 +56,7 @@ def rigid_of(
     case: CaseInput, friction: Any, bodies: Any
 ) -> tuple[dict[str, Any], tuple[float, float | None] | None]:
     """Creepages or shifts and forces, by the names of the motion; and forces as parts of the normal
-    force, if that is known only with the pressure.
+    force, if that is known only with the pressure, else None.
     """
     first, second, spin = _about_origin(case)
     names = ("ux", "uy", "rotation")

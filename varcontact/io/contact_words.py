@@ -27,7 +27,7 @@ WORD = re.compile(r"'[^']*'|[%!].*|[^,\s%]+")
 """Pattern of the words of a line: names in quotes may contain blanks; a per cent sign or an
 exclamation mark begins a comment."""
 NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[edq]?([+-][0-9]+)|[edq]([0-9]+))?$")
-"""Pattern of a Fortran number: the exponent may begin with D or Q, or with its sign alone."""
+"""Pattern of a Fortran number: the exponent may begin with E, D or Q, or with its sign alone."""
 REPEATED = re.compile(r"([0-9]{1,9})\*([^*]+)$")
 """Pattern of a value that stands for several."""
 

@@ -156,7 +156,7 @@ class Stored(Sequence[Solution]):
             return self.measured(k, before, sol)
 
     def check(self, steps: Iterable[int] | None = None) -> None:
-        """Refuse steps, by default any of them, whose bytes have changed since they were
+        """Refuse a file in which one of the `steps`, all by default, has other bytes than were
         written.
         """
         layout = _layout(self.path)
@@ -271,15 +271,15 @@ def _is_of_today(path: Path) -> bool:
 
 
 def _layout_by_header(path: Path) -> Layout | None:
-    """Layout of the steps from the header, without verifying it: adding a step must not read the
-    whole header.
+    """Layout of the steps from the header, without a check, as a step is added without reading
+    the whole header; None for the first format.
     """
     with files.reading(path, "cannot be read"):
         return layout_of(path)
 
 
 def _layout(path: Path) -> Layout | None:
-    """Layout of the steps in a file whose header is verified."""
+    """Layout of the steps in a file, after a check of its header; None for the first format."""
     with files.reading(path, "cannot be read"):
         return checked_layout(path)
 

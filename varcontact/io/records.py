@@ -386,8 +386,8 @@ def _changed_settings(stored: dict[str, Any], described: dict[str, Any]) -> str:
 
 
 def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, Any]]:
-    """Records of a sweep, blank where they are damaged; their coordinates, and the description of
-    the sweep.
+    """Records of a sweep, blank where they are damaged or not finished; their coordinates, and the
+    description of the sweep.
 
     By h5py: xarray opens each of the thirty variables, which takes twenty times as long.
     """

@@ -294,8 +294,8 @@ def creepages_of(
     frame: Frame,
     moving: np.ndarray,
 ) -> Creepages:
-    """Creepages of `creepages` for one particle of each body and a frame velocity; without
-    checks.
+    """Creepages as by `creepages`, from one particle of each body and the velocity `moving` of the
+    frame, without checks of these.
     """
     body1, body2 = bodies
     first, second = (

@@ -161,7 +161,7 @@ def _draw_curves(ax: Axes, curves: Curves, total: bool) -> None:
         if len(components) == 2 and total:
             lines["$|F|$"] = np.hypot(*forces.T)
         for j, (part, values) in enumerate(lines.items()):
-            # several curves differ in colour and marker, components of a single one in their lines
+            # a colour and marker for each curve; if there is only one, for each of its components
             look = style.look(number if len(curves.of_name) > 1 else j)
             label = name or part
             if name and len(lines) > 1:

@@ -233,8 +233,8 @@ def near_splines(place: Any, intervals: int) -> tuple[Any, tuple[Any, Any, Any, 
 
 
 def splines_at_knots(values: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Coefficients of the B-splines whose sum has given values at the knots; the first and the last
-    inner knot are left out.
+    """Coefficients of the B-splines whose sum has given values at the knots, with the not-a-knot
+    condition at both ends.
     """
     values = np.moveaxis(values, axis, 0)
     n = len(values)

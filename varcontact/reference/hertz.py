@@ -430,7 +430,9 @@ def hertz_ellipse(
 
 
 def _check_slender(x_name: str, x: float, y_name: str, y: float, most: float) -> None:
-    """Refuse contacts so slender that the square of their axial ratio underflows."""
+    """Refuse radii or semi-axes with a ratio above `most`: of contacts so slender powers of the
+    axial ratio underflow.
+    """
     if max(x, y) > most * min(x, y):
         raise SceneError(f"{x_name}, {y_name}", (x, y), f"at most {most:g} times one another")
 

@@ -450,7 +450,7 @@ def _wear_and_load(
             amplitudes = _amplitudes(sol, resultants, compliance)
             swing = (amplitudes @ changes)[:-1].reshape(3, -1)
             loads[i, j] = resultants["Fz"] @ amplitudes
-            # work of oscillating tractions on the steady shift, and of steady ones on the other
+            # work of oscillating tractions on steady slip, and of steady ones on oscillating slip
             swinging = amplitudes[: len(rigid)] * problem.mean(k[i]).real
             slip = np.tensordot(swinging, rigid, axes=1) + _mean_shift(problem, k[i], swing)
             work = (swing[:2] * shift + traction * slip).sum(axis=0).reshape(grid.shape)

@@ -33,8 +33,8 @@ from varcontact.transports import SteadyRolling, mirrored
 
 
 def computed_when_read(response: ContactResponse, plan: Plan) -> bool:
-    """True for theories, whose results are computed on reading, except in time steps, which would
-    keep the data of all steps.
+    """True for theories with Hertz's pressure, whose fields are computed on reading, except in time
+    steps, which would keep the data of all steps.
     """
     return plan.is_formula and not isinstance(response.disc.loading.motion, TimeStep)
 

@@ -28,7 +28,9 @@ NORMAL = ("approach", "normal_force", "peak_pressure")
 
 
 def not_measurable(scene: Scene) -> SceneError | None:
-    """Error for scenes whose errors have no unit: infinite friction has no friction limit."""
+    """Error for scenes whose errors have no unit, as infinite friction has no friction limit; else
+    None.
+    """
     infinite = [f for f in scene.frictions if isinstance(f, float) and math.isinf(f)]
     if scene.motion is None or not infinite:
         return None
@@ -237,8 +239,8 @@ def friction_limit(sol: Solution) -> float:
 
 
 def static_friction_limit(sol: Solution) -> float:
-    """Friction force f Fz with the largest coefficient of friction; `friction_limit` if there is no
-    coefficient.
+    """Friction force f Fz with the largest coefficient; `friction_limit` if that is no number; NaN
+    without friction.
     """
     if sol.scene.friction is None:
         return math.nan

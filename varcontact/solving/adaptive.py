@@ -58,8 +58,8 @@ from varcontact.system import process
 from varcontact.system.process import one_blas_thread
 
 FLOOR_UNLIKE = 1.0
-"""Factor of the additional error of forces and moment of unlike bodies, ``FLOOR_UNLIKE |K|/n``,
-with n elements across."""
+"""Factor of the additional error floor of unlike bodies, ``FLOOR_UNLIKE |K|/n``, with n elements
+across; the floor of the largest pressure is without it."""
 NARROWEST = 4.0
 """Elements across the narrowest patch that carries load, on the coarsest grid used in an error
 estimate."""
@@ -125,8 +125,8 @@ class GridLevel:
         return cls(n, answer, judged, seconds, _patches(largest), unjudged)
 
     def unresolved(self, accuracy: float | None) -> list[ContactPart]:
-        """Patches with few elements across that carry more of the load than the `accuracy`, or a
-        peak that matters.
+        """Patches with few elements across that carry more of the load than the `accuracy`, or have
+        the largest pressure where its error counts.
         """
         share_min = accuracy or DEFAULT_ACCURACY
         narrow = (patch for patch in self.patches if patch.across < NARROWEST)
@@ -418,8 +418,8 @@ def _solved(scene: Scene, options: SolveOptions, initial_guess: Solution | None 
 
 
 def _patches(sol: Solution) -> tuple[ContactPart, ...]:
-    """Patches of a contact, with widths of four standard deviations of their elements; empty where
-    Hertz gives the shape.
+    """Patches of a contact, each four standard deviations of its elements wide across its narrow
+    direction; empty where Hertz gives the shape.
     """
     if sol.scene.hertz is not None or not sol.pressure.any():
         return ()

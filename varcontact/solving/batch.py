@@ -230,8 +230,8 @@ def _friction_fits(friction: object) -> bool:
 
 
 def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
-    """Hertz contacts: vectorised for ellipses and paraboloids under a given force, one by one for
-    others.
+    """Hertz's contacts, vectorised for ellipses and paraboloids under a given force, one by one for
+    others; None where a contact is not Hertz's.
     """
     contacts: list[HertzContact | None] = [None] * len(scenes)
     for kind in (Ellipse, Paraboloids):
@@ -275,7 +275,7 @@ def _columns_of_hertz(scenes: list[Scene]) -> list[list[float]]:
 
 
 def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
-    """Scene as a member of a batch, or None where its grid is not suitable."""
+    """Scene as a member of a batch, or None where its grid or its time step is not suitable."""
     grid = scene.own_grid
     motion = scene.motion
     shape = shape_with_margin(grid)

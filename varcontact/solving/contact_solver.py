@@ -123,7 +123,7 @@ class ContactSolver:
         may_be_rough = self.plan.matrix_free("normal")
         if not (self.plan.loops and state.passes and may_be_rough):
             return self.tol
-        # errors of pressures change tractions by K times friction as much
+        # tractions see an error of the pressure K / friction times as large
         friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
         part = 1.0
         if disc.K:
@@ -182,7 +182,7 @@ class ContactSolver:
         return changed(end, passes=state.passes)
 
     def _under_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """Tractions under the present implicit fields."""
+        """State with the tractions under the present implicit fields."""
         marches = self.plan.formulation == "marching"
         problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=marches)
         size = math.hypot(*(force or 0.0 for force in problem.force))

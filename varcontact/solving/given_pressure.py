@@ -21,8 +21,8 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 
 TRACTION_RANGE = 1e50
-"""Largest accepted traction, divided by the scale of pressures: larger products leave floating
-point."""
+"""Largest accepted pressure or traction, divided by the scale of pressures: products of larger ones
+overflow."""
 
 
 def check_placed(scene: Scene, purpose: str) -> None:

@@ -44,8 +44,8 @@ from varcontact.solving.surface_noise import noise_warning
 from varcontact.system.process import changed, lazy_property
 
 PLACE_TOL = 1e-4
-"""Residual of a pressure that only locates the contact, before it is solved on parts of the
-elements."""
+"""Residual in the search for the normal force of a conformal contact without tractions, which only
+locates the contact."""
 APPROACH_TOL = 1e-6
 """Residual of a pressure that is only used for the approach."""
 BORDER_ROUNDING = 1e-9
@@ -61,10 +61,10 @@ SEARCH_ELEMENTS_ACROSS = 8
 GRIDS_MAX = 20
 """Largest number of grids that are tried."""
 CLOSER_GRIDS_MAX = 3
-"""Largest number of grids that are finer around the contact than the one before."""
+"""Largest number of grids that are closer around the contact than the one before."""
 ROOM = 0.1
-"""Margin for a contact that tractions move, divided by its length: only the next elements are
-solved for."""
+"""Margin added where tractions move a contact beyond the grid, divided by its length: there only
+the next elements are known."""
 TURN_MAX = 2.0
 """Angle by which the reference surface may turn over a conformal contact [rad]."""
 DISTANCE_ROUNDING_MAX = 1e-3
@@ -126,7 +126,7 @@ class ContactOnGrid:
 
     def under(self, normal_force: float) -> ContactOnGrid:
         """Frictionless contact on these elements under a normal force, to a residual of
-        `APPROACH_TOL`.
+        `APPROACH_TOL`, or the solver's tolerance if that is larger.
         """
         loading = changed(self.disc.loading, approach=None, normal_force=normal_force)
         disc = changed(self.disc, loading=loading)

@@ -198,7 +198,7 @@ class SolveOptions:
         return before < SAME_SIZE * now and now < SAME_SIZE * before
 
     def like(self, scene: Scene) -> SolveOptions:
-        """Copy for another scene that they `suit`."""
+        """Copy for another scene, which these options `suit`."""
         plan = changed(self.plan, grid=PotentialContact.of(scene))
         return changed(self, scene=scene, plan=plan)
 

@@ -366,7 +366,7 @@ class TimeStepping:
 
     def _kept(self, motion: TimeStep, before: Solution) -> np.ndarray:
         """Past tractions (relaxations, 3, ..., ...) that particles remember after a step, at their
-        places then.
+        places before it.
         """
         assert before.memory is not None
         weights = [relaxed((motion.dt or 0.0) / each.length) for each in self.lagging]

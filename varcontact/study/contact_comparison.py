@@ -203,7 +203,7 @@ def table_of(rows: Sequence[Compared]) -> pd.DataFrame:
 
 
 def by_case(rows: Sequence[Compared]) -> Iterator[tuple[int, str, str]]:
-    """Verdict and reason by case: equal if everything that it prints is."""
+    """Number, verdict and reason of each case: equal if all its compared quantities are."""
     cases: dict[int, list[Compared]] = {}
     for row in rows:
         cases.setdefault(row.case, []).append(row)

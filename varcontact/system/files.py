@@ -30,7 +30,7 @@ its place."""
 
 
 def check_ending(field: str, path: Path, *endings: str) -> None:
-    """Refuse a file name whose ending is that of another format."""
+    """Refuse a file name that has none of these endings."""
     if path.suffix.lower() not in endings:
         raise OutputError(field, path, f"the name must end in {', '.join(endings)}")
 

@@ -165,7 +165,7 @@ class BearingHeight:
         self._excess = known * (force / normal) ** self._power / self._load - 1
 
     def estimate_normal(self, force: float) -> None:
-        """Learn an estimate of this force, which does not bracket later heights."""
+        """Learn an estimate of that force, as `learn_normal`; it does not bracket later heights."""
         self.learn_normal(force)
         self._estimated_at = self.z
 

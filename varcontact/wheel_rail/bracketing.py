@@ -17,7 +17,7 @@ import numpy as np
 HALVINGS = 20
 """Bisections of a simplex around a root."""
 HALVINGS_TO_ROOT = 4
-"""Bisections after which the root of the linear interpolant is tried."""
+"""Bisections between two trials of the root of the linear interpolant."""
 HALVINGS_OF_SIDE = 8
 """Bisections of a triangle's side on which both functions change sign."""
 OUTSIDE = -0.3

@@ -91,7 +91,9 @@ class WheelCase:
 
     @property
     def alone(self) -> bool:
-        """True for steady rolling at given velocities, on a rail in its nominal place."""
+        """True for steady rolling at given velocities on a rail without springs, by exact
+        theory.
+        """
         more = (
             self.longitudinal_force,
             self.axle_moment,

@@ -65,7 +65,7 @@ FASTRIP = 5
 """Values of the digit M for simplified theories and for FaStrip."""
 CONFORMAL = 4
 BY_ELEMENT = (3, 6)
-"""Values of the digit D for curved patches with a rigid slip for each element."""
+"""Values of the digit D for curved patches, and for planar patches with a rigid slip by element."""
 
 
 @checks.named_options()
@@ -129,7 +129,7 @@ def read_contact_input(path: str | Path, *, strict: bool = True) -> WheelInput:
     file = checks.file_name("path", path)
     inputs, unreadable = read_cases(file)
     readable = inputs
-    if strict and unreadable:  # errors in earlier entries come first
+    if strict and unreadable:  # errors in earlier cases come first
         readable = [case for case in inputs if case.number < unreadable[0].number]
     reader = _Reader(file.parent)
     cases = [reader.case(given, strict) for given in readable if given.calculated]

@@ -25,7 +25,7 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 WheelSolver = Callable[[WheelOnRail, WheelRailSolution | None], WheelRailSolution]
 """Function that solves a wheel, starting from a nearby solution."""
 CREEP_MAX = 0.03
-"""Largest creepage in the search for a longitudinal force."""
+"""Largest creepage, of either sign, in the search for a longitudinal force or axle moment."""
 CREEP_TOL = 1e-8
 DEFLECTION_FIRST = 0.1
 DEFLECTION_MAX = 12.8

@@ -11,8 +11,8 @@ from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track
 
 
 def check_roller(case: CaseInput) -> None:
-    """Refuse a roller with a kept track or velocity that is not of a roller, or with the wheel
-    beside its top.
+    """Refuse a roller with a kept track or velocity that is not of a roller, or with a wheel that
+    is not above the roller's axle.
     """
     track: Group = case.needs("track", "ZTRACK", "roller dimensions", "Z = 3")
     velocity: Group = case.needs("velocity", "EWHEEL", "a velocity", "E = 3")

@@ -194,7 +194,9 @@ def equations(case: LoadedWheelSet, held: tuple[str, ...] = ()) -> LoadBalance:
 
 
 def _load_at(case: LoadedWheelSet, touching: float, stiffness: float) -> float:
-    """Axle load at its height by Hertz's formulas, for a wheel that touches at another height."""
+    """Axle load at the height of the case, by Hertz's `stiffness` of both wheels below the height
+    `touching`.
+    """
     assert case.z is not None
     return 2 * stiffness * max(case.z - touching, 1e-3) ** 1.5
 

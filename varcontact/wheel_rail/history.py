@@ -287,8 +287,8 @@ class _WheelInTime(WheelGeometry):
         return replace(grid, x0=left + x, y0=bottom + y)
 
     def _in_time(self, patch: ContactPatch, lattice: Grid, left: Sequence[_Left]) -> ContactPatch:
-        """Patch with the step as its motion, on elements that contain all contacts of the previous
-        step.
+        """Patch with the step as its motion, on elements that also contain the contacts `left` by
+        the previous step.
         """
         scene = patch.scene
         padding = _padding(lattice, left)

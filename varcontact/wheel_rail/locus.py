@@ -36,7 +36,7 @@ PRESSING_STEPS = 20
 PRESSING_TOL = 1e-4
 """Relative tolerance of `Locus.pressing` in the search for its height."""
 NEWTON_STEPS = 8
-"""Newton steps in the projection on the planes."""
+"""Largest number of Newton steps to the points where circles cross the planes."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,8 +24,8 @@ LEAST_GAUGE = 300.0
 LARGEST_GAUGE = 3000.0
 """Largest gauge of tracks [mm]."""
 SMALL_WHEEL = 0.1
-"""Radius of a wheel divided by the gauge, below which it is doubtful: in inches it is half of
-this."""
+"""Radius of a wheel divided by the gauge, below which it is doubtful: in inches it is at most half
+of this."""
 NARROW_PROFILE = 10.0
 """Width of a profile [mm] below which it is doubtful: in inches a rail has 3, a wheel 5.5."""
 AT_TIP = 2.0

@@ -41,11 +41,11 @@ if TYPE_CHECKING:
 FEWEST = 10
 """Least number of points of a profile."""
 KINK = np.radians(30.0)
-"""Least angle between the segments at a kink [rad]."""
+"""Least change of direction at a kink [rad]."""
 KINK_BESIDE = 1 / 3
-"""Part of this angle below which the points beside a kink turn."""
+"""Largest change of direction at the points beside a kink, divided by that at the kink."""
 KINK_BY_MEDIAN = 8.0
-"""Least angle of a kink, divided by the median angle at all points."""
+"""Least change of direction at a kink, divided by the median of that at all points."""
 TOGETHER = 0.02
 """Spacing relative to the usual one below which a point is left out: its direction would be
 rounding."""

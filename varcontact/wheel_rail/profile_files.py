@@ -175,7 +175,7 @@ def _columns(name: str, lines: list[str]) -> list[list[float]]:
 
 
 def _is_heading(text: str) -> bool:
-    """True if a line contains words other than NaN and infinity."""
+    """True if a line contains words other than numbers, NaN and infinity."""
     return not all(NUMBER.match(word) or NO_NUMBER.match(word) for word in _words(text))
 
 

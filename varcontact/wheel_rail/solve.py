@@ -225,8 +225,8 @@ class _Series:
 
 
 def _target(case: WheelGeometry, methods: dict[str, Any]) -> Target | None:
-    """Accuracy or time for which grids are chosen; by default where nothing else determines the
-    grids.
+    """Accuracy or time for which grids are chosen: as given, or the default where nothing else
+    determines the grids; None where something does.
     """
     check_methods(case, methods)
     theory = methods.get("tangential") in THEORIES

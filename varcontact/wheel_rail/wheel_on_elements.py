@@ -316,7 +316,7 @@ class WheelOnElements:
 
     @property
     def patches_alone(self) -> bool:
-        """True if patches are solved as separate scenes by a theory, and not proposed."""
+        """True if patches are solved as separate scenes, as by a theory, and not proposed."""
         return self.by_theory
 
     def _solve_patch(self, scene: Scene) -> Solution:
@@ -424,7 +424,7 @@ def vertical_forces(solution: WheelRailSolution) -> tuple[float, float]:
 
 
 def for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
-    """Methods for the normal problem alone."""
+    """Methods for the normal problem alone, without a certificate."""
     names = ("normal", "method", "accuracy")
     return {"certify": None} | {name: value for name, value in methods.items() if name in names}
 
