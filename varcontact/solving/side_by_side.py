@@ -13,7 +13,7 @@ from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.scene.motion import Steady
 from varcontact.solvers.batched.newton import solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, side_by_side
-from varcontact.solving.batch import MOST_ELEMENTS
+from varcontact.solving.batched_on_grids import MOST_ELEMENTS
 from varcontact.solving.contact_solver import record_answer
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.system.process import changed, one_blas_thread

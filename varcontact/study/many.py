@@ -20,8 +20,15 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solving.batch import FIGURES, START, Fields, InitialTractions, fits, march_batches
-from varcontact.solving.batches import BARS, solve_batches
+from varcontact.solving.batched_on_grids import (
+    FIGURES,
+    START,
+    Fields,
+    InitialTractions,
+    fits,
+    march_batches,
+)
+from varcontact.solving.batched_to_accuracy import BARS, solve_batches
 from varcontact.solving.options import TOLERANCE, SolveOptions, check_saturation
 from varcontact.solving.solve import certify as certificate
 from varcontact.solving.solve import solve

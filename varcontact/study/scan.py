@@ -18,7 +18,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
-from varcontact.solving.batches import solve_batches
+from varcontact.solving.batched_to_accuracy import solve_batches
 from varcontact.solving.methods import CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.options import (
     TOLERANCE,

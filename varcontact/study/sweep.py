@@ -34,7 +34,7 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
-from varcontact.solving.batches import solve_batches
+from varcontact.solving.batched_to_accuracy import solve_batches
 from varcontact.solving.methods import AUTO, CouplingName, FormulationName, MethodName, Methods
 from varcontact.solving.options import (
     DEFAULT_ACCURACY,

@@ -1,4 +1,4 @@
-"""Many scenes in batches, on their own grids or to an accuracy."""
+"""Many scenes in batches, to an accuracy on ever finer grids, or on grids of their own."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from varcontact.results.quantities_of_interest import frictional_units
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
-from varcontact.solving.batch import (
+from varcontact.solving.batched_on_grids import (
     FIGURES,
     MOST_ELEMENTS,
     MOST_IN_LINE,
