@@ -22,6 +22,7 @@ READERS = (
     "cli/json_schema.py",
     "study/contact_runs.py",
     "wheel_rail/case_file.py",
+    "wheel_rail/case_tables.py",
     "wheel_rail/contact_input.py",
 )
 """Files that read scenes or describe their files, as those of io do."""

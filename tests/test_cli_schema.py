@@ -1,6 +1,7 @@
 """JSON Schema of input files: valid files pass, unknown keys and wrong kinds do not."""
 
 import json
+import re
 import sys
 import tomllib
 from pathlib import Path
@@ -95,6 +96,56 @@ def test_wheels_have_their_own_entries():
     assert faults("wheel", tomllib.loads(wheel)) == []
     for right, wrong in (("cant", "kant"), ("both", "all"), ("count", "number"), ("file", "fill")):
         assert faults("wheel", tomllib.loads(wheel.replace(right, wrong))) != [], wrong
+
+
+WHEEL = """
+vertical_force = 80e3
+track = { rail = "60e1" }
+wheelset = { wheel = "s1002" }
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("left = { y = 1.0 }", "left = { y = 'far' }"),
+        ("right = { roll = 0.01 }", "right = 0.01"),
+        ("right_rail = ['wing.slcs', 'nose.slcs']", "right_rail = []"),
+        ("left_rail = { profiles = '60e1', positions = [0, 1] }", "left_rail = { profiles = 3 }"),
+    ],
+)
+def test_tables_of_the_track(right, wrong):
+    for entry, valid in ((right, True), (wrong, False)):
+        text = WHEEL.replace('"60e1"', f'"60e1", {entry}')
+        assert (faults("wheel", tomllib.loads(text)) == []) is valid, entry
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("third_body = { G = 8e3, h = 0.02 }", "third_body = { G = 8e3 }"),
+        ("bodies = { kind = 'viscoelastic', G = 1, nu = 0.3, relaxations = [[1, 1]] }", "bodies = { rail = { G = 1, nu = 0.3 } }"),
+        ("friction = [0.3, { kind = 'pressure', static = 0.4, kinetic = 0.1 }]", "friction = [0.3]"),
+        ("friction = { kind = 'shear-strength', coefficient = 0.3, strength = 1 }", "friction = { kind = 'carried' }"),
+        ("thermal = { conductivity = 1, density = 1, heat_capacity = 1 }", "thermal = { rail = 1, wheel = 1 }"),
+        ("wear = { kind = 'archard-map' }", "wear = { kind = 'archard' }"),
+        ("wear = { k = 1e-4, hardness = 3e3 }", "wear = { k = 'small', hardness = 3e3 }"),
+    ],
+)  # fmt: skip
+def test_tables_of_a_wheel(right, wrong):
+    assert faults("wheel", tomllib.loads(f"{right}\n{WHEEL}")) == []
+    assert faults("wheel", tomllib.loads(f"{wrong}\n{WHEEL}")) != []
+
+
+def test_every_entry_of_a_wheel_has_a_type():
+    """And every reference a table."""
+    schema = SCHEMAS["wheel"]()
+    entries = schema["properties"]
+    for name in ("track", "wheelset", "third_body"):
+        entries |= {f"{name}.{key}": each for key, each in entries[name]["properties"].items()}
+    assert [name for name, each in entries.items() if each.keys() <= {"description"}] == []
+    for reference in re.findall(r'"#/\$defs/([^"]*)"', json.dumps(schema)):
+        assert reference in schema["$defs"]
 
 
 def test_descriptions_come_from_the_docstrings():

@@ -7,9 +7,29 @@ import numpy as np
 import pytest
 
 from tests.wheel_rail.conditions import DATA, WHEEL
+from varcontact import (
+    Bodies,
+    FrictionLaw,
+    LinearFalling,
+    ShearStrength,
+    TemperatureFalling,
+    Thermal,
+    ThirdBody,
+    Viscoelastic,
+)
 from varcontact.errors import Interrupted, PlausibilityWarning, SceneError
 from varcontact.scene.friction import ExponentialFalling
-from varcontact.wheel_rail import Position, Profile, Velocity, case_file
+from varcontact.wheel_rail import (
+    Archard,
+    ArchardMap,
+    FrictionByAngle,
+    Irregularity,
+    Position,
+    Profile,
+    ProfileSlices,
+    Velocity,
+    case_file,
+)
 from varcontact.wheel_rail import solve as side_by_side
 from varcontact.wheel_rail.case_file import _identities, read_case, solve_cases
 from varcontact.wheel_rail.plots import plot_positions
@@ -119,6 +139,156 @@ def test_a_sequence_of_both_wheels(tmp_path):
 def test_what_a_case_cannot_be(tmp_path, old, new, said):
     with pytest.raises(SceneError, match=said):
         read(tmp_path, CASE.replace(old, new))
+
+
+ONE = """
+vertical_force = 20e3
+dx = 1.0
+dy = 1.0
+position = { y = 1.0 }
+wheelset = { wheel = "s1002" }
+track = { rail = "60e1", cant = 0.025 }
+"""
+STEEL = "conductivity = 50.0, density = 7.85e-9, heat_capacity = 4.5e8"
+FALLING = "kind = 'linear', static = 0.4, kinetic = 0.2, half_velocity = 30.0, velocity = 1e3"
+
+
+def with_track(entries):
+    return ONE.replace("0.025", f"0.025, {entries}")
+
+
+def the_case(folder, text):
+    (case,) = read(folder, text).cases
+    return case
+
+
+def test_irregularities_of_rails_are_tables(tmp_path):
+    text = with_track("left = { y = 1.0, roll_rate = 0.1 }, right = { y = -2.0, roll = 0.01 }")
+    track = the_case(tmp_path, text).track
+    assert track.left == Irregularity(y=1.0, roll_rate=0.1)
+    assert track.right == Irregularity(y=-2.0, roll=0.01)
+
+
+def test_what_is_between_rail_and_wheel_is_tables(tmp_path):
+    """Third body, heat and their friction: the same forces as in Python."""
+    text = f"""
+    third_body = {{ G = 8000.0, h = 0.02 }}
+    thermal = {{ rail = {{ {STEEL} }}, wheel = {{ {STEEL}, temperature = 60.0 }} }}
+    friction = {{ kind = "temperature", static = 0.4, kinetic = 0.2, over = 300.0 }}
+    """
+    case = the_case(tmp_path, text + ONE)
+    layer = ThirdBody(h=0.02, G=8000.0)
+    rail = Thermal(conductivity=50.0, density=7.85e-9, heat_capacity=4.5e8)
+    wheel = dataclasses.replace(rail, temperature=60.0)
+    law = TemperatureFalling(static=0.4, kinetic=0.2, over=300.0)
+    assert (case.third_body, case.thermal, case.friction) == (layer, (rail, wheel), law)
+    plain = the_case(tmp_path, ONE)
+    python = dataclasses.replace(plain, third_body=layer, thermal=(rail, wheel), friction=law)
+    found = case.solve().force
+    assert np.array_equal(found, python.solve().force)
+    assert not np.allclose(found, plain.solve().force, rtol=1e-3)
+    assert the_case(tmp_path, f"thermal = {{ {STEEL} }}\n{ONE}").thermal == rail
+
+
+@pytest.mark.parametrize(("text", "friction"), [
+    ("{ kind = 'shear-strength', coefficient = 0.3, strength = 10.0 }", ShearStrength(0.3, 10.0)),
+    ("{ kind = 'by_angle', angles = [0.2, 0.6], coefficients = [0.3, 0.1] }", FrictionByAngle([0.2, 0.6], [0.3, 0.1])),
+])  # fmt: skip
+def test_frictions_are_tables(tmp_path, text, friction):
+    assert the_case(tmp_path, f"friction = {text}\n{ONE}").friction == friction
+
+
+def test_a_product_of_laws_is_a_table(tmp_path):
+    text = f"friction = {{ kind = 'product', static = 0.4, kinetic = 0.1, factors = [{{ {FALLING} }}] }}"
+    law = the_case(tmp_path, f"{text}\n{ONE}").friction
+    assert isinstance(law, FrictionLaw)
+    falling = LinearFalling(static=0.4, kinetic=0.2, half_velocity=30.0, velocity=1e3)
+    assert law.factors == (falling,)
+
+
+def test_a_wheel_set_has_the_friction_of_each_rail(tmp_path):
+    """Laws of other classes with the same numbers are other cases."""
+    texts = [
+        f"side = 'set'\nfriction = [0.3, {{ {FALLING.replace('linear', kind)} }}]\n{ONE}"
+        for kind in ("linear", "rational")
+    ]
+    linear, rational = (read(tmp_path, text) for text in texts)
+    falling = LinearFalling(static=0.4, kinetic=0.2, half_velocity=30.0, velocity=1e3)
+    assert linear.cases[0].friction == (0.3, falling)
+    assert _identities(linear) != _identities(rational)
+
+
+def test_bodies_of_rail_and_wheel_are_tables(tmp_path):
+    soft = "{ kind = 'viscoelastic', G = 8e4, nu = 0.3, relaxations = [[1.0, 0.01]] }"
+    case = the_case(
+        tmp_path, f"bodies = {{ rail = {{ G = 82e3, nu = 0.28 }}, wheel = {soft} }}\n{ONE}"
+    )
+    wheel = Viscoelastic(G=8e4, nu=0.3, relaxations=[(1.0, 0.01)])
+    assert case.bodies.both == (Bodies(G=82e3, nu=0.28), wheel)
+    elastic = "{ E = 200e3, nu = 0.25 }"
+    case = the_case(
+        tmp_path, f"bodies = {{ rail = {{ G = 82e3, nu = 0.28 }}, wheel = {elastic} }}\n{ONE}"
+    )
+    assert case.bodies == Bodies(G=(82e3, 80e3), nu=(0.28, 0.25))
+
+
+def test_slices_and_several_rails_are_tables(tmp_path):
+    """Two rails under one wheel, of which one sinks; and a wheel with a dent."""
+    sinking = "{ profiles = ['60e1', '60e1'], positions = [-100.0, 100.0], z = [0.0, 2.0] }"
+    text = ONE.replace('"60e1"', f"['60e1', {sinking}]").replace(
+        '"s1002"', "{ profiles = 's1002', positions = [-0.1, 0.0, 0.1], z = [0.0, -0.1, 0.0] }"
+    )
+    case = the_case(tmp_path, text)
+    rail, slices = case.track.rail
+    assert np.array_equal(rail.z, Profile.rail_60e1().z)
+    assert slices.positions.tolist() == [-100.0, 100.0]
+    assert slices.z.tolist() == [0.0, 2.0]
+    python = ProfileSlices(profiles=Profile.s1002(), positions=[-0.1, 0.0, 0.1], z=[0.0, -0.1, 0.0])
+    wheelset = dataclasses.replace(case.wheelset, wheel=python)
+    assert case.touching == dataclasses.replace(case, wheelset=wheelset).touching
+
+
+def test_wear_may_have_a_map(tmp_path):
+    text = "wear = { kind = 'archard-map', hardness = 3000.0 }\n"
+    assert read(tmp_path, text + ONE).archard == ArchardMap(hardness=3000.0)
+    assert read(tmp_path, "wear = { k = 1e-4, hardness = 3e3 }\n" + ONE).archard == Archard(
+        k=1e-4, hardness=3e3
+    )
+
+
+@pytest.mark.parametrize(("entry", "said"), [
+    ("third_body = 3", r"^third_body = 3 .* a table, \[third_body\]"),
+    ("third_body = { G = -1.0, h = 0.02 }", "^third_body.G = -1.0"),
+    ("third_body = { G = 8000.0, k = 0.02 }", "^third_body.k: there is no such key"),
+    (f"thermal = {{ {STEEL.replace('50.0', '-50.0')} }}", "^thermal.conductivity = -50"),
+    (f"thermal = {{ rail = {{ {STEEL} }} }}", "^thermal.wheel is missing"),
+    (f"thermal = {{ rail = {{ {STEEL} }}, wheel = {{ {STEEL.replace('50.0', '-50.0')} }} }}", "^thermal.wheel.conductivity = -50"),
+    ("bodies = { upper = { G = 82e3, nu = 0.28 } }", "^bodies.upper: there is no such key; there are rail, wheel"),
+    ("bodies = { rail = { G = 82e3, nu = 0.28 }, wheel = { G = 82e3, nu = 0.7 } }", "^bodies.wheel.nu = 0.7"),
+    ("bodies = { kind = 'layered', layers = [] }", "^bodies.kind = 'layered' .* viscoelastic"),
+    ("friction = { kind = 'carried' }", "^friction.kind = 'carried' .* by_angle"),
+    ("friction = { static = 0.3 }", "^friction.kind is missing"),
+    (f"side = 'set'\nfriction = [0.3, {{ {FALLING.replace('0.2', '0.5')} }}]", r"^friction\[1\].kinetic = 0.5"),
+    ("wear = { kind = 'map' }", "^wear.kind = 'map'"),
+])  # fmt: skip
+def test_wrong_entries_of_tables_are_named(tmp_path, entry, said):
+    with pytest.raises(SceneError, match=said):
+        read(tmp_path, f"{entry}\n{ONE}")
+
+
+@pytest.mark.parametrize(("entry", "said"), [
+    ("left = { y = 'far' }", "^track.left.y = 'far' .* a finite number"),
+    ("right = { roll = 0.9 }", "^track.right.roll = 0.9"),
+    ("left = { x = 1.0 }", "^track.left.x: there is no such key"),
+    ("left = 1.0", r"^track.left = 1.0 .* a table, \[track.left\]"),
+    ("left_rail = ['60e1', 3]", r"^track.left_rail\[1\] = 3"),
+    ("left_rail = { profiles = ['60e1', 'no.csv'], positions = [0.0, 1.0] }", r"^track.left_rail.profiles\[1\] = 'no.csv'"),
+    ("left_rail = { profiles = '60e1', positions = [1.0, 0.0] }", "^track.left_rail.positions: slice 2"),
+])  # fmt: skip
+def test_wrong_entries_of_the_track_are_named(tmp_path, entry, said):
+    with pytest.raises(SceneError, match=said) as refused:
+        read(tmp_path, with_track(entry))
+    assert refused.value.field in str(refused.value)
 
 
 @pytest.mark.long

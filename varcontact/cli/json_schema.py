@@ -15,14 +15,16 @@ from typing import Any, Literal, Union
 import numpy as np
 
 from varcontact.io.scene_toml import PLACES, SOLVE_KEYS
-from varcontact.scene.friction_laws import LAWS
+from varcontact.scene.bodies import Viscoelastic
+from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.methods import Methods
 from varcontact.solving.options import Options
-from varcontact.wheel_rail.case_file import MOVING, PROFILED, READ, SIDES, VARYING
-from varcontact.wheel_rail.regions import FrictionByAngle
-from varcontact.wheel_rail.wear_laws import Archard
+from varcontact.wheel_rail.case_file import MOVING, SIDES, VARYING
+from varcontact.wheel_rail.case_tables import BOTH, FRICTIONS, READ, WEAR
+from varcontact.wheel_rail.slices import ProfileSlices
+from varcontact.wheel_rail.track import Irregularity, Track, WheelSet
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 
@@ -77,16 +79,19 @@ def wheel_schema() -> Schema:
     for name, kind in MOVING.items():
         fields = {key: _as(varies, each) for key, each in entries_of(kind).items()}
         entries[name] = table(fields)
-    profile = {"anyOf": [BY_TYPE[str], _profile_table()]}
-    for key, (name, kind) in PROFILED.items():
-        fields = entries_of(kind)
-        fields |= dict.fromkeys({key, "left_rail", "right_rail"} & fields.keys(), profile)
-        entries[name] = table(fields, [key])
-    laws = [_of_kind(kind, law) for kind, law in {**LAWS, "by_angle": FrictionByAngle}.items()]
-    entries["friction"] = {"anyOf": [NUMBER, {"type": "array"}, *laws]}
-    entries["bodies"] = {"anyOf": half_spaces()}
+    entries["track"] = _track_table()
+    entries["wheelset"] = _wheelset_table()
+    frictions = [_of_kind(kind, each) for kind, each in FRICTIONS.items()]
+    friction: Schema = {"anyOf": [NUMBER, *frictions]}
+    of_each_rail = {"type": "array", "items": friction, "minItems": 2, "maxItems": 2}
+    entries["friction"] = {"anyOf": [*friction["anyOf"], of_each_rail]}
+    entries["bodies"] = _of_both([*half_spaces(), _of_kind("viscoelastic", Viscoelastic)])
+    entries["third_body"] = _as(_table_of(ThirdBody), entries["third_body"])
+    entries["thermal"] = _as(_of_both([_table_of(Thermal)]), entries["thermal"])
     entries["side"] = {"enum": list(SIDES)}
-    entries["wear"] = table(entries_of(Archard), required_of(Archard))
+    archard = WEAR["archard"]
+    laws = [_of_kind(kind, law) for kind, law in WEAR.items()]
+    entries["wear"] = {"anyOf": [_table_of(archard), *laws]}
     entries["shakedown"] = table({"yield_in_shear": NUMBER}, ["yield_in_shear"])
     entries["solve"] = solve_schema(key for key in SOLVE_KEYS if key not in ("polish", "start"))
     content = table(entries, ["track", "wheelset"]) | {"$defs": definitions(["factors"])}
@@ -99,7 +104,43 @@ def _as(schema: Schema, described: Schema) -> Schema:
     return schema | words
 
 
+def _table_of(kind: type[Any]) -> Schema:
+    """The table of a dataclass."""
+    return table(entries_of(kind), required_of(kind))
+
+
+def _of_both(tables: list[Schema]) -> Schema:
+    """One of some tables for both bodies, or one for each."""
+    either: Schema = {"anyOf": tables}
+    return {"anyOf": [*tables, table(dict.fromkeys(BOTH, either), BOTH)]}
+
+
+def _track_table() -> Schema:
+    """Table of a track, with rails and irregularities."""
+    entries = entries_of(Track)
+    one = _profile()
+    several = {"type": "array", "items": one, "minItems": 1}
+    for name in ("rail", "left_rail", "right_rail"):
+        entries[name] = _as({"anyOf": [*one["anyOf"], several]}, entries[name])
+    for side in ("left", "right"):
+        entries[side] = _as(_table_of(Irregularity), entries[side])
+    return table(entries, required_of(Track))
+
+
+def _wheelset_table() -> Schema:
+    """Table of a wheel set, with its profile."""
+    entries = entries_of(WheelSet)
+    entries["wheel"] = _as(_profile(), entries["wheel"])
+    return table(entries, required_of(WheelSet))
+
+
+def _profile() -> Schema:
+    """A profile or slices: a name, or a table of a file or of slices."""
+    return {"anyOf": [BY_TYPE[str], _profile_table(), _slices_table()]}
+
+
 def _profile_table() -> Schema:
+    """Table of a profile, or of slices, in a file."""
     entries: dict[str, Schema] = {
         "file": BY_TYPE[str],
         "mirror_y": {"anyOf": [BY_TYPE[bool], {"const": "auto"}]},
@@ -109,6 +150,22 @@ def _profile_table() -> Schema:
         "kinks": {"anyOf": [{"const": "auto"}, {"type": "array", "items": NUMBER}]},
     }
     return table({name: entries[name] for name in READ}, ["file"])
+
+
+def _slices_table() -> Schema:
+    """Table of slices by their profiles."""
+    profile: Schema = {"anyOf": [BY_TYPE[str], _profile_table()]}
+    numbers: Schema = {"type": "array", "items": NUMBER}
+    entries = entries_of(ProfileSlices)
+    schemas: dict[str, Schema] = {
+        "profiles": {"anyOf": [*profile["anyOf"], {"type": "array", "items": profile}]},
+        "positions": numbers,
+        "z": {"anyOf": [NUMBER, numbers]},
+        "features": {"type": "array", "items": numbers},
+    }
+    for name, schema in schemas.items():
+        entries[name] = _as(schema, entries[name])
+    return table(entries, required_of(ProfileSlices))
 
 
 SCHEMAS = {"scene": scene_schema, "sweep": sweep_schema, "wheel": wheel_schema}

@@ -295,12 +295,19 @@ def _kind(name: str, entries: dict[str, Any], kinds: Mapping[str, type[Any]]) ->
     return kinds[checks.choice(f"{name}.kind", kind, kinds)]
 
 
-def bodies_from(table: Mapping[str, Any]) -> Bodies:
-    """Half-spaces from a table, as a scene has it."""
-    made = _made("bodies", "bodies", table, None, {})
-    if not isinstance(made, Bodies):
-        raise SceneError("bodies", table, "half-spaces, by G or E and nu")
+def bodies_from(field: str, table: Mapping[str, Any]) -> Bodies | Viscoelastic:
+    """Elastic or viscoelastic half-spaces from a table, as a scene has it."""
+    if "kind" in table:
+        checks.choice(f"{field}.kind", table["kind"], ("viscoelastic",))
+    made = _made(field, "bodies", table, None, {})
+    if not isinstance(made, Bodies | Viscoelastic):
+        raise SceneError(field, table, "half-spaces, by G or E and nu")
     return made
+
+
+def friction_from(field: str, table: Mapping[str, Any], folder: Path | None) -> Any:
+    """A law or a bound from a table, as a scene has it."""
+    return _made(field, "friction", table, folder, {"factors": 2})
 
 
 def scene_to(scene: Scene) -> dict[str, Any]:

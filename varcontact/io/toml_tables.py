@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,19 @@ def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
         if f.default is dataclasses.MISSING:
             needed(name, entries, f.name)
     return kind(**entries)
+
+
+@contextmanager
+def named_as(field: str, own: str) -> Iterator[None]:
+    """Errors of entries that name the `field` of their table, not the `own` name of its class."""
+    try:
+        yield
+    except SceneError as error:
+        if not error.field.startswith(f"{own}.") or error.field.startswith(field):
+            raise
+        written = field + error.field.removeprefix(own)
+        message = str(error).replace(error.field, written, 1)
+        raise SceneError(written, error.value, error.allowed, message=message) from None
 
 
 def number_range(field: str, table: Mapping[str, Any]) -> list[float]:

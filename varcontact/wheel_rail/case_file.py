@@ -21,17 +21,9 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError, warn
-from varcontact.io.scene_toml import SOLVE_KEYS, bodies_from, solve_table
-from varcontact.io.toml_tables import (
-    check_keys,
-    file_named,
-    make,
-    needed,
-    number_range,
-    read_toml,
-    table_of,
-)
-from varcontact.scene.friction_laws import LAWS
+from varcontact.io.scene_toml import SOLVE_KEYS, solve_table
+from varcontact.io.toml_tables import check_keys, number_range, read_toml, table_of
+from varcontact.scene.friction import Law
 from varcontact.scene.plausibility import warn_plausibility
 from varcontact.solving.methods import taken_apart
 from varcontact.solving.selection import check_existing
@@ -39,17 +31,14 @@ from varcontact.study.csv_table import Table, completed, of_another
 from varcontact.study.parallel import Execution, opened, results
 from varcontact.system.process import imported
 from varcontact.system.progress import Progress
+from varcontact.wheel_rail.case_tables import make_parts, wear_from
 from varcontact.wheel_rail.patch_warnings import warn_of_patches
 from varcontact.wheel_rail.plausibility import warnings_of
 from varcontact.wheel_rail.position import Position, Velocity
-from varcontact.wheel_rail.profile import Profile
-from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.quantities import WORDS, axle_values, columns, wheel_values
-from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import WheelRailSolution
-from varcontact.wheel_rail.slices import SLICES, ProfileSlices
 from varcontact.wheel_rail.solve import SIDE_BY_SIDE, check_methods, solve_wheels_on_rails
-from varcontact.wheel_rail.track import Side, Track, WheelSet
+from varcontact.wheel_rail.track import Side
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
@@ -61,12 +50,6 @@ if TYPE_CHECKING:
 
 VARYING = ("vertical_force", "z", *LOADS)
 MOVING: dict[str, type[Any]] = {"position": Position, "velocity": Velocity}
-PROFILED: dict[Kind, tuple[str, type[Any]]] = {
-    "rail": ("track", Track),
-    "wheel": ("wheelset", WheelSet),
-}
-NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
-READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")
 SIDES: dict[str, tuple[Side, ...]] = {
     "left": ("left",),
     "right": ("right",),
@@ -99,13 +82,14 @@ def read_case(path: str | Path) -> CaseFile:
     Parameters
     ----------
     path : str or Path
-        A TOML file with the entries of `WheelOnRail`, in mm, N, rad and mm/s.
-        ``track.rail`` and ``wheelset.wheel`` are "60e1", "s1002", the name of a
-        file beside this one, or a table with ``file`` and options of
-        `Profile.read`. ``side`` may be "both", or "set": a `WheelSetOnTrack`,
-        with its loads and ``free``. Numbers in ``[position]`` and
-        ``[velocity]``, and loads may be lists of one length, or ranges
-        ``{from, to, count}``: the sequence.
+        A TOML file with the entries of `WheelOnRail`, in mm, N, rad and mm/s;
+        objects are tables of their entries. ``track.rail`` and
+        ``wheelset.wheel`` are "60e1", "s1002", the name of a file beside this
+        one, or a table: ``file`` and options of `Profile.read`, or the entries
+        of `ProfileSlices`. Rails may be lists of these. ``side`` may be "both",
+        or "set": a `WheelSetOnTrack`, with its loads and ``free``. Numbers in
+        ``[position]`` and ``[velocity]``, and loads may be lists of one length,
+        or ranges ``{from, to, count}``: the sequence.
 
     Returns
     -------
@@ -137,7 +121,7 @@ def read_case(path: str | Path) -> CaseFile:
     sides = SIDES[checks.choice("side", table.pop("side", "right"), SIDES)]
     archard = None
     if "wear" in table:
-        archard = make("wear", Archard, table_of("wear", table.pop("wear")))
+        archard = wear_from(table.pop("wear"))
     case_type = WheelOnRail if sides else WheelSetOnTrack
     strength = None
     if "shakedown" in table:
@@ -147,7 +131,7 @@ def read_case(path: str | Path) -> CaseFile:
     taken = ["solve", "side", "wear", "shakedown"]
     check_keys("", table, _names_of(case_type), taken)
     # parts that all positions have in common, and entries that may vary
-    _make_parts(table, folder)
+    make_parts(table, folder)
     varying = _varying_entries(table)
     # the cases of each position
     cases: list[WheelOnRail | WheelSetOnTrack] = []
@@ -164,24 +148,6 @@ def read_case(path: str | Path) -> CaseFile:
 
 def _names_of(kind: type[Any]) -> list[str]:
     return [field.name for field in dataclasses.fields(kind)]
-
-
-def _make_parts(table: dict[str, Any], folder: Path) -> None:
-    """Replace the tables of track, wheel set, bodies and friction by these."""
-    for key, (name, kind) in PROFILED.items():
-        if name not in table:
-            raise SceneError(name, None, f"given: add a table [{name}]")
-        entries = dict(table_of(name, table[name]))
-        for each in {key, "left_rail", "right_rail"} & entries.keys():
-            entries[each] = _profile(f"{name}.{each}", key, entries[each], folder)
-        table[name] = make(name, kind, entries)
-    if "bodies" in table:
-        table["bodies"] = bodies_from(table_of("bodies", table["bodies"]))
-    if isinstance(table.get("friction"), Mapping):
-        law = dict(table["friction"])
-        laws = {**LAWS, "by_angle": FrictionByAngle}
-        name = checks.choice("friction.kind", law.pop("kind", None), laws)
-        table["friction"] = make("friction", laws[name], law)
 
 
 def _varying_entries(table: dict[str, Any]) -> dict[str, Any]:
@@ -205,29 +171,6 @@ def _at_position(entries: dict[str, Any]) -> dict[str, Any]:
         else:
             loads[entry] = value
     return loads | {name: kind(**moving[name]) for name, kind in MOVING.items()}
-
-
-def _profile(field: str, kind: Kind, value: Any, folder: Path) -> Any:
-    entries = dict(value) if isinstance(value, Mapping) else {"file": value}
-    check_keys(field, entries, READ)
-    file = needed(field, entries, "file")
-    standard, standard_profile = NAMED[kind]
-    allowed = f'the name of a file beside the case file, or "{standard}"'
-    if not isinstance(file, str):
-        raise SceneError(field, file, allowed)
-    if file.lower() == standard:
-        if len(entries) > 1:
-            raise SceneError(
-                field, value, message=f"{field}: {file} has no options, give its name alone"
-            )
-        return standard_profile()
-    path = file_named(f"{field}.file", entries.pop("file"), folder)
-    if not path.is_file():
-        raise SceneError(field, file, allowed)
-    reader: Any = Profile.read
-    if path.suffix.lower() in SLICES:
-        reader = ProfileSlices.read
-    return reader(path, kind, **entries)
 
 
 def _sequence(entries: dict[str, Any]) -> list[dict[str, Any]]:
@@ -447,7 +390,11 @@ def _as_json(entry: Any) -> str:
     def plain(value: Any) -> Any:
         if isinstance(value, np.ndarray):
             return value.tolist()
-        return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
+        entries = {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
+        if isinstance(value, Law):
+            # laws of other classes have the same entries
+            entries["kind"] = type(value).__name__
+        return entries
 
     return json.dumps(entry, sort_keys=True, default=plain)
 
