@@ -99,13 +99,13 @@ def test_an_accuracy_gives_errors_and_a_theory_none(folder):
     assert "dx: the grids are chosen for the accuracy; leave dx and dy out" in refused.stderr
 
 
-def test_a_method_that_does_not_exist_is_refused_once_before_a_table_is_made(folder):
-    arguments = ("--tangential", "fastsimm", "--out", "rows.csv")
-    for case in ("two.toml", "beside.toml"):
-        refused = run("wheelrail", case, *arguments, folder=folder)
-        assert (refused.returncode, refused.stdout) == (2, "")
-        assert refused.stderr.startswith("varcontact: tangential = 'fastsimm' is not allowed")
-        assert not (folder / "rows.csv").exists()
+@pytest.mark.parametrize("option", ["tangential = 'fastsimm'", "tol = -1.0", "certify = 'foo'"])
+def test_an_option_that_no_wheel_has_is_refused_once_before_a_table_is_made(folder, option):
+    (folder / "wrong.toml").write_text((folder / "two.toml").read_text() + f"[solve]\n{option}\n")
+    refused = run("wheelrail", "wrong.toml", "--out", "rows.csv", folder=folder)
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert refused.stderr.startswith(f"varcontact: {option} is not allowed")
+    assert not (folder / "rows.csv").exists()
 
 
 def test_a_wheel_that_is_not_solved(folder):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 import pytest
@@ -35,6 +36,9 @@ SCENE = vc.Scene(
 RAIL = Profile.rail_60e1()
 LEANING = Profile(y=RAIL.y, z=RAIL.z + RAIL.y / 40, kind="rail")
 """Its sides are probably exchanged: it leans to the field side."""
+with catch_warnings():
+    simplefilter("ignore")
+    UPSIDE_DOWN = Profile(y=RAIL.y, z=-RAIL.z, kind="rail")
 TRACK = Track(rail=RAIL, cant=1 / 40)
 AXLE = WheelSet(wheel=Profile.s1002())
 WHEEL = WheelOnRail(
@@ -55,6 +59,7 @@ CALLS = {
     "history": lambda _: vc.solve(replace(SCENE, motion=vc.Transient(steps=2, dq=1.0, vx=0.2))),
     "plot": lambda _: vc.solve(replace(SCENE, motion=vc.Steady(vx=1e-3))).plot(figsize=(3.5, 2.6)),
     "profile": lambda _: Profile(y=RAIL.y, z=RAIL.z, kind="wheel"),
+    "profile, moved": lambda _: UPSIDE_DOWN.rotated(0.01),
     "profile of a file": lambda folder: Profile.read(upside_down(folder), kind="rail"),
     "wheel": lambda _: replace(WHEEL, track=OUTWARDS).solve(),
     "few elements": lambda _: replace(WHEEL, dx=5.0, dy=5.0).solve(),

@@ -9,9 +9,9 @@ import warnings
 from types import FrameType
 from typing import Any, Self
 
-INSIDE = "varcontact", "contextlib", "scipy"
-"""Packages with frames between a user's call and a warning: those of decorators, and of the search
-for a root."""
+INSIDE = "varcontact", "contextlib", "dataclasses", "scipy"
+"""Packages with frames between a user's call and a warning: those of decorators, of `replace`, and
+of the search for a root."""
 COMMAND_LINE = "varcontact.cli"
 """A user of the package like any other."""
 

@@ -263,3 +263,8 @@ def test_errors_of_our_own_are_no_damage_of_a_file(sol, tmp_path, monkeypatch, e
     with pytest.raises(type(error)) as caught:
         vc.load(path)
     assert caught.value is error
+    history = dataclasses.replace(sol.scene, motion=vc.Transient(steps=2, dq=0.1, vx=0.01))
+    vc.solve(history).save(tmp_path / "history.nc")
+    with pytest.raises(type(error)) as caught:
+        vc.load(tmp_path / "history.nc")[0]
+    assert caught.value is error

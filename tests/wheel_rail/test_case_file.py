@@ -120,7 +120,7 @@ def test_a_sequence_of_both_wheels(tmp_path):
 
 
 @pytest.mark.parametrize(("old", "new", "said"), [
-    ('"60e1"', '"s1002"', r"track.rail = 's1002' .* the name of a file beside the case file, or \"60e1\""),
+    ('"60e1"', '"s1002"', "track.rail = 's1002' .* the name of a file beside the case file, .60e1., or a table"),
     ('"60e1"', '{ file = "60e1", smoothing = 5.0 }', "track.rail: 60e1 has no options"),
     ('"60e1"', "3", r"track.rail = 3 .* the name of a file"),
     ('rail = "60e1", ', "", "track.rail is missing"),

@@ -179,6 +179,22 @@ def test_the_choice_of_a_curved_surface_is_no_matter_of_the_elements():
     np.testing.assert_allclose(along[0], along[1], rtol=0.02)
 
 
+def test_a_row_more_of_elements_does_not_decide_on_a_curved_surface():
+    """By its rows in contact the patch is 4 mm wide to either side on coarse elements, and 3.75 on
+    fine ones: the rail's radius is between three times these.
+    """
+    track = Track(rail=Profile.rail_60e1(), cant=0.025)
+    rolling = {"velocity": Velocity(speed=20e3), "friction": 0.3, "track": track}
+    axle = WheelSet(wheel=Profile.s1002())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = [wheel(6.8, wheelset=axle, dx=d, dy=d, **rolling).solve() for d in (1.0, 0.5)]
+    coarse, fine = (each.patches[0] for each in found)
+    assert coarse.half_width > 1.05 * fine.half_width
+    assert coarse.loaded_half_width == pytest.approx(fine.loaded_half_width, rel=0.02)
+    assert {each.case.conformal for each in found} == {"auto"}
+
+
 @pytest.mark.long
 def test_other_loads_begin_from_the_contact_on_the_same_grids(monkeypatch):
     """With an accuracy: influence numbers are made for the first load, and the answer is that of

@@ -136,7 +136,7 @@ def test_miniprof_old_and_new(tmp_path):
     same(Profile.read(written(tmp_path / "w.whl", old + body, "cp1252")), WHEEL)
 
 
-def test_a_file_of_miniprof_with_half_its_points_is_doubted(tmp_path):
+def test_a_file_of_miniprof_with_few_of_its_points_is_doubted(tmp_path):
     """Files that CONTACT's users have lack up to 4 % of the points that their header counts."""
     lines = rows(RAIL_POINTS * [1.0, -1.0], "{:.6f}\t{:.6f}").splitlines()
     all_points = MINIPROF.format(n=len(lines), columns="X,Y", points="{points}")
@@ -144,11 +144,20 @@ def test_a_file_of_miniprof_with_half_its_points_is_doubted(tmp_path):
     with warnings.catch_warnings():
         warnings.filterwarnings("error", "nearly.ban: XYPoints")
         Profile.read(written(tmp_path / "nearly.ban", nearly), mirror_z=True)
-    cut = all_points.format(points="\n".join(lines[: len(lines) // 2]))
-    words = f"cut.ban: XYPoints = {len(lines)}, but there are {len(lines) // 2} points"
+    count = int(0.94 * len(lines))
+    cut = all_points.format(points="\n".join(lines[:count]))
+    words = f"cut.ban: XYPoints = {len(lines)}, but there are {count} points"
     with pytest.warns(DoubtfulProfile, match=words) as caught:
         Profile.read(written(tmp_path / "cut.ban", cut), mirror_z=True)
     assert {warning.filename for warning in caught} == {__file__}
+
+
+@pytest.mark.parametrize("count", ["", "9" * 5000, "many"])
+def test_a_count_of_points_that_is_none_is_passed_over(tmp_path, count):
+    text = MINIPROF.format(n=count, columns="X,Y", points=rows(WHEEL_POINTS))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        same(Profile.read(written(tmp_path / "wheel.whl", text)), WHEEL)
 
 
 def test_a_unit_of_length_by_hand(tmp_path):

@@ -75,6 +75,8 @@ the grid."""
 PEAK_DOUBTED = 4.0
 """Error of the largest pressure, relative to it and to the accuracy, above which a warning is
 given."""
+LEAST_DOUBT = 0.1
+"""Least error of the largest pressure, relative to it, of which a warning is given."""
 DOES_NOT_FALL = "it does not fall with the grid"
 DEFAULT_ELEMENTS_MAX = 40_000
 """Largest number of elements by default: an answer that would need more gets a larger error bar."""
@@ -550,9 +552,12 @@ def _doubt_of_peak(answer: Solution, estimate: ErrorEstimate) -> tuple[str, ...]
     ends within the contact; else empty.
     """
     bar = estimate.bars.get("peak_pressure", 0.0)
-    if bar <= PEAK_DOUBTED * (estimate.accuracy or DEFAULT_ACCURACY) * answer.max_pressure:
+    if estimate.accuracy is None or bar == 0:
+        return ()
+    error = bar / answer.max_pressure
+    if error <= max(PEAK_DOUBTED * estimate.accuracy, LEAST_DOUBT):
         return ()
     return (
-        f"the largest pressure is known to {100 * bar / answer.max_pressure:.2g} % only; "
+        f"the largest pressure is known to {100 * error:.0f} % only; "
         "if a body ends within the contact, it has no limit and grows with finer grids",
     )

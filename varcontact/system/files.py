@@ -45,7 +45,7 @@ def reading(
     """Context in which errors of code that reads a file become an `OutputError` that names it."""
     try:
         yield
-    except OutputError:
+    except (OutputError, MemoryError):
         raise
     except errors as error:  # HDF5, netCDF and JSON may raise anything for damaged bytes
         raise OutputError(field, path, f"{wrong} ({first_line(error)})") from error

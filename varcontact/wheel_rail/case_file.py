@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.discrete.certificate import LEVELS
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError, warn
 from varcontact.io.scene_toml import SOLVE_KEYS, solve_table
 from varcontact.io.toml_tables import check_keys, number_range, read_toml, table_of
@@ -310,8 +311,10 @@ def _check_options(file: CaseFile) -> None:
     """
     if file.fast:
         return
-    methods, _ = taken_apart(file.options)
+    methods, others = taken_apart(file.options)
     check_existing(methods)
+    checks.positive("tol", others.get("tol", 1.0))
+    checks.choice("certify", others.get("certify", "auto"), ("auto", *LEVELS))
     first = file.cases[0]
     if isinstance(first, WheelOnRail):
         check_methods(first, file.options)
@@ -391,8 +394,8 @@ def _as_json(entry: Any) -> str:
         if isinstance(value, np.ndarray):
             return value.tolist()
         entries = {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
-        if isinstance(value, Law):
-            # laws of other classes have the same entries
+        # within pairs and products laws of other classes have the same entries
+        if isinstance(value, Law) and value is not entry:
             entries["kind"] = type(value).__name__
         return entries
 

@@ -60,7 +60,7 @@ def make_parts(table: dict[str, Any], folder: Path) -> None:
 def wear_from(table: Any) -> Archard | ArchardMap:
     """Archard's law from the table ``[wear]``: with a coefficient, unless its kind is the map."""
     entries = dict(table_of("wear", table))
-    kind = checks.choice("wear.kind", entries.pop("kind", "archard"), WEAR)
+    kind = _kind("wear", entries.pop("kind", "archard"), WEAR)
     law: Archard | ArchardMap = make("wear", WEAR[kind], entries)
     return law
 
@@ -89,8 +89,10 @@ def _wheelset(table: Mapping[str, Any], folder: Path) -> Any:
 
 def _rails(field: str, value: Any, folder: Path) -> Any:
     """A rail, or several from a list, which lie under one wheel."""
-    if not isinstance(value, list) or not value:
+    if not isinstance(value, list):
         return _profile(field, "rail", value, folder)
+    if not value:
+        raise SceneError(field, value, "one rail at least")
     rails: list[Any] = []
     for k, each in enumerate(value):
         rail = _profile(f"{field}[{k}]", "rail", each, folder)
@@ -111,7 +113,7 @@ def _profile(field: str, kind: Kind, value: Any, folder: Path) -> Any:
     check_keys(field, entries, READ)
     file = needed(field, entries, "file")
     standard, standard_profile = NAMED[kind]
-    allowed = f'the name of a file beside the case file, or "{standard}"'
+    allowed = f'the name of a file beside the case file, "{standard}", or a table'
     if not isinstance(file, str):
         raise SceneError(field, file, allowed)
     if file.lower() == standard:
@@ -164,6 +166,14 @@ def _thermal(field: str, table: Mapping[str, Any]) -> Thermal:
     return thermal
 
 
+def _kind(field: str, given: Any, kinds: Mapping[str, Any]) -> str:
+    """Name of a kind, given as in scene files: in any case, with hyphens or underscores."""
+    named = {kind.replace("_", "-"): kind for kind in kinds}
+    if isinstance(given, str):
+        given = named.get(given.lower().replace("_", "-"), given)
+    return checks.choice(f"{field}.kind", given, kinds)
+
+
 def _frictions(value: Any, folder: Path) -> Any:
     """Friction of all rails, or of the left and the right one."""
     if not isinstance(value, list):
@@ -175,7 +185,7 @@ def _friction(field: str, value: Any, folder: Path) -> Any:
     """A number, or the object of a table with its kind."""
     if not isinstance(value, Mapping):
         return value
-    kind = checks.choice(f"{field}.kind", needed(field, value, "kind"), FRICTIONS)
+    kind = _kind(field, needed(field, value, "kind"), FRICTIONS)
     with named_as(field, "friction"):
         if FRICTIONS[kind] is not FrictionByAngle:
             return friction_from(field, value, folder)

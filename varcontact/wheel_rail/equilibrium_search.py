@@ -58,7 +58,7 @@ GROWTH = 6.0
 """Scale of the growth of the yaw spacing, in steps: ``GROWTH sinh(steps / GROWTH)``."""
 FARTHEST_YAW = 0.06
 """Largest yaw that is tried [rad], and so velocity relative to the speed."""
-LATTICES = (1.0, 400), (0.25, 20), (0.0625, 20)
+LATTICES = (1.0, 400), (0.25, 20), (0.0625, 5)
 """Relative spacing of the lattices, and their reach in points: each is around the point with the
 least imbalance of the one before."""
 OFFSETS = (0.0, 0.05, -0.05)

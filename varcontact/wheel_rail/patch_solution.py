@@ -198,14 +198,15 @@ class PatchSolution:
     @property
     def loaded_half_width(self) -> float:
         """Half width [mm] of the Hertzian ellipse whose pressure has the same variance across the
-        rail, at most `half_width`; it does not jump from row to row.
+        rail, at most `half_width`: of one ellipse it hardly depends on the elements.
         """
         by_row = self.solution.pressure.sum(axis=1)
         if not by_row.any():
             return 0.0
         part = by_row / by_row.sum()
         y = self.solution.grid.y
-        variance = float(part @ (y - part @ y) ** 2)
+        dy = self.solution.grid.sides[1]
+        variance = float(part @ (y - part @ y) ** 2) + dy**2 / 12
         # of Hertz's pressure over a half width b the variance is b^2/5
         return min(float(np.sqrt(5 * variance)), self.half_width)
 

@@ -39,7 +39,7 @@ SAYS_Z = re.compile(r"\bz down\b|^\s*mirror\.z\s*=", re.MULTILINE)
 """Pattern of files with a stated direction of z: of varcontact, and with SIMPACK's header."""
 SAYS_Z_UP = re.compile(r"\bz up\b")
 """Pattern of MiniProf files written by varcontact, with z up."""
-POINT_COUNT = re.compile(r"^\s*XYPoints\s*=\s*(\d+)", re.MULTILINE)
+POINT_COUNT = re.compile(r"^[ \t]*XYPoints[ \t]*=[ \t]*(\d{1,9})\b", re.MULTILINE)
 """Pattern of the number of points in MiniProf's header."""
 COUNTED = 0.95
 """Part of the announced points below which a file is probably truncated; files in use have 0.96 and

@@ -403,8 +403,12 @@ def _too_wide(case: WheelGeometry, solved: PatchSolution) -> dict[str, float]:
     for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
         # averaged over the patch, within the ends of the profile, so that noise does not matter
         ends = curve.points(curve.s[[0, -1]])[:, 0]
-        turned = curve.angles(curve.at(np.clip(y + across, *ends)))
-        curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
+        within = np.clip(y + across, *ends)
+        part = np.ptp(within) / np.ptp(across)
+        if part == 0:
+            continue
+        turned = curve.angles(curve.at(within))
+        curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / (part * half)
         if curvature * half * CONFORMAL > 1:
             radii[kind] = float(1 / curvature)
     return radii

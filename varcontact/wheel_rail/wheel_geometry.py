@@ -164,13 +164,7 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
         for name, kind in PARTS.items():
             checks.kind(name, getattr(self, name), kind)
         set_(self, "bodies", _checked_bodies(self.bodies))
-        G = self.bodies.combined_G
-        if G > STIFFEST:
-            reason = (
-                f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: "
-                "give N/mm^2; 1 Pa is 1e-6 N/mm^2"
-            )
-            raise SceneError("bodies.G", G, message=reason)
+        self._check_units_of_bodies()
         set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
         set_(self, "track", self.track.of_sides[self.side])
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
@@ -186,6 +180,19 @@ class WheelGeometry(OnTrack, with_friction=checks.flag, slip_by_element=checks.f
                 "give False where profiles vary"
             )
             raise SceneError("conformal", True, message=reason)
+
+    def _check_units_of_bodies(self) -> None:
+        """Refuse shear moduli in Pa, of both bodies or of one; a rigid one is infinite."""
+        moduli = [self.bodies.combined_G]
+        if isinstance(self.bodies, Bodies):
+            moduli += np.atleast_1d(self.bodies.G).tolist()
+        for G in moduli:
+            if STIFFEST < G < np.inf:
+                reason = (
+                    f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: "
+                    "give N/mm^2; 1 Pa is 1e-6 N/mm^2"
+                )
+                raise SceneError("bodies.G", G, message=reason)
 
     def _check_distances(self) -> None:
         """Refuse distances of patches that do not ascend, and a place beyond the slices."""
