@@ -8,6 +8,8 @@ moment, whose root is bracketed, see `bracketing`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -34,7 +36,7 @@ from varcontact.wheel_rail.wheel_set_loads import BALANCED, LoadedWheelSet
 
 ROUGH = 0.02
 """Largest imbalance of an estimate where forces of the fast theory jump, as patches merge."""
-BEGINNING = 0.25
+BEGINNING = 0.5
 """Largest imbalance at which exact solutions start, whose forces do not jump."""
 SMOOTH = 1e-6
 """Largest imbalance where forces do not jump."""
@@ -66,6 +68,12 @@ OFFSETS = (0.0, 0.05, -0.05)
 and no height and roll balance the loads at the point itself."""
 NEARBY = 3.0
 """Largest distance between the balance and the point where it was expected, in spacings."""
+FIRST_STEP = 0.25
+"""First step of height or roll to a sign change of its load, in the units of the unknowns."""
+STEPS_MAX = 8
+"""Largest number of such steps, each twice the one before."""
+BRACKET = 1e-6
+"""Length of the bracket around a sign change at which it ends, in the same units."""
 PRESSED = 0.02
 """Increase of depth, relative to the depth, with which the force of a wheel on the rail must
 grow."""
@@ -228,6 +236,12 @@ class Search:
                     break
                 x = at.x
         assert at is not None
+        # from the height and the roll at which their loads change sign
+        if at.largest > HELD_TOL:
+            with suppress(NoContact, SceneError):  # a wheel beside its rail, or turned too far
+                x = self._rolling(balance, self._bracketed(balance, at.x), spun)
+                bracketed = self._root(balance, x, HELD_TOL)
+                at = min(at, bracketed, key=lambda iterate: iterate.largest)
         if at.largest > self._rough:
             raise NotConverged(unbalanced(balance, at.imbalance), at.largest)
         self._last = at.x
@@ -291,6 +305,28 @@ class Search:
             creep = high
         return balance.unknowns(balance.values(x) | {name: pure * (1 + creep)})
 
+    def _bracketed(self, balance: LoadBalance, x: np.ndarray) -> np.ndarray:
+        """Unknowns with the roll at which the roll moment changes sign, and at each roll the height
+        at which the vertical force does; unchanged where these are not free.
+        """
+
+        def missing(x: np.ndarray, load: str) -> float:
+            return balance.left_over(balance.wheels(x, self._theories))[load]
+
+        def with_height(x: np.ndarray) -> np.ndarray:
+            if "z" not in balance.names:
+                return x
+            return _with_sign_change(
+                x, balance.names.index("z"), lambda moved: missing(moved, "vertical_force")
+            )
+
+        if "roll" not in balance.names:
+            return with_height(x)
+        rolled = _with_sign_change(
+            x, balance.names.index("roll"), lambda x: missing(with_height(x), "roll_moment")
+        )
+        return with_height(rolled)
+
     def _balanced(self, point: np.ndarray, tol: float) -> tuple[LoadBalance, BroydenIterate] | None:
         """Equations with all loads balanced near a point to a `tol`, and their solution; None if
         there is none.
@@ -321,6 +357,32 @@ class Search:
             remainder = short(equations(self._case), load, missing)
             words += f": at the nearest one, {places}, {remainder}"
         return SceneError(load, getattr(self._case, load), message=words)
+
+
+def _with_sign_change(x: np.ndarray, k: int, missing: Callable[[np.ndarray], float]) -> np.ndarray:
+    """Unknowns with the k-th one where a missing load, which falls as that grows, changes sign, as
+    at a jump; unchanged where it does not.
+    """
+    from scipy.optimize import brentq
+
+    def at(value: float) -> float:
+        moved = x.copy()
+        moved[k] = value
+        return missing(moved)
+
+    value = float(x[k])
+    load = at(value)
+    step = math.copysign(FIRST_STEP, load)
+    for _ in range(STEPS_MAX):
+        after = at(value + step)
+        if load * after <= 0:
+            moved = x.copy()
+            moved[k] = brentq(at, value, value + step, xtol=BRACKET)
+            return moved
+        value += step
+        load = after
+        step *= 2
+    return x
 
 
 def on_flange(wheel: WheelOnRail) -> bool:
