@@ -74,3 +74,6 @@ def test_units_kinds_and_one_file(folder):
 def test_a_folder_without_profiles_is_refused(folder):
     (folder / "empty").mkdir()
     assert_bad_input(run("profiles", "empty", folder=folder), "a folder with profiles")
+    for option, value in (("kind", "bogus"), ("scale", "0")):
+        done = run("profiles", ".", f"--{option}", value, folder=folder)
+        assert_bad_input(done, f"{option} = ")

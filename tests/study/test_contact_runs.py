@@ -395,6 +395,7 @@ def test_the_command_compares_all_cases(tmp_path):
     assert_bad_input(
         run("solve", DATA / "cattaneo.inp", "--compare", "none.out", folder=tmp_path), "none.out"
     )
+    assert_bad_input(run("suite", "none", folder=tmp_path), "a folder with input files of CONTACT")
 
 
 def test_digits_that_are_printed_are_compared():

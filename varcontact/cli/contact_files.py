@@ -134,9 +134,12 @@ def suite(
     """Run all input files of CONTACT in a folder, and count cases that equal its published
     results.
     """
+    inputs = sorted(folder.glob("*.inp"))
+    if not inputs:
+        raise SceneError("folder", str(folder), "a folder with input files of CONTACT (.inp)")
     files = []
     with progress_line() as progress:
-        for path in sorted(folder.glob("*.inp")):
+        for path in inputs:
             outputs = [path.with_suffix(ending) for ending in (".ref_out", ".out")]
             output = next((each for each in outputs if each.exists()), None)
             if output is None:

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from varcontact import checks
 from varcontact.cli import options as opt
 from varcontact.cli.terminal import show
 from varcontact.errors import SceneError, VarcontactError
@@ -43,9 +44,12 @@ def profiles(
     refused.
     """
     from varcontact.wheel_rail.profile_files import COLUMNS as OF_COLUMNS
-    from varcontact.wheel_rail.profile_files import KIND_OF, Z_UP
+    from varcontact.wheel_rail.profile_files import KIND_OF, KINDS, Z_UP
     from varcontact.wheel_rail.slices import SLICES
 
+    if kind is not None:
+        checks.choice("kind", kind, KINDS)
+    checks.positive("scale", scale)
     suffixes = {*OF_COLUMNS, *KIND_OF, *Z_UP, *SLICES}
     if folder.is_file():
         names = {folder: folder.name}
