@@ -20,6 +20,7 @@ from varcontact.interfaces.shear_strength import ShearStrength
 from varcontact.io.toml_tables import (
     check_keys,
     file_named,
+    kind_named,
     make,
     needed,
     number_range,
@@ -289,10 +290,7 @@ def _kind(name: str, entries: dict[str, Any], kinds: Mapping[str, type[Any]]) ->
         raise SceneError(
             f"{name}.kind", None, f"given: give one of {', '.join(kinds)}{''.join(unknown[:1])}"
         )
-    kind = entries.pop("kind")
-    if isinstance(kind, str):
-        kind = kind.lower().replace("_", "-")
-    return kinds[checks.choice(f"{name}.kind", kind, kinds)]
+    return kinds[kind_named(name, entries.pop("kind"), kinds)]
 
 
 def bodies_from(field: str, table: Mapping[str, Any]) -> Bodies | Viscoelastic:

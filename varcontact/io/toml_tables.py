@@ -71,6 +71,14 @@ def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
     return kind(**entries)
 
 
+def kind_named(name: str, given: Any, kinds: Iterable[str]) -> str:
+    """Kind of a table by its name, in any case, with hyphens or underscores."""
+    written = {kind.replace("_", "-"): kind for kind in kinds}
+    if isinstance(given, str):
+        given = written.get(given.lower().replace("_", "-"), given)
+    return checks.choice(f"{name}.kind", given, list(written.values()))
+
+
 @contextmanager
 def named_as(field: str, own: str) -> Iterator[None]:
     """Errors of entries that name the `field` of their table, not the `own` name of its class."""

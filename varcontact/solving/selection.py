@@ -173,7 +173,7 @@ def _check_formulation(formulation: str, programs: tuple[str, ...], reason: str)
 def check_existing(methods: Methods) -> None:
     """Refuse names that no solver and no theory has, whatever the scene."""
     if methods.normal not in ("auto", "hertz"):
-        registry.solver("normal", methods.normal, ("auto", *registry.normal_methods()))
+        _normal_spec(methods.normal)
     if methods.tangential not in ("auto", *THEORIES):
         names = ("auto", *registry.tangential_methods(), *THEORIES)
         registry.solver("tangential", methods.tangential, names)
@@ -182,10 +182,14 @@ def check_existing(methods: Methods) -> None:
 def _check_solvers(scene: Scene, methods: Methods) -> None:
     """Refuse solvers that do not exist, are not installed, or are for the other problem."""
     if methods.normal not in ("auto", "hertz"):
-        names = ("auto", *registry.normal_methods())
-        registry.check_installed(registry.solver("normal", methods.normal, names))
+        registry.check_installed(_normal_spec(methods.normal))
     if methods.tangential not in ("auto", *THEORIES):
         registry.check_installed(_tangential_spec(scene, methods.tangential))
+
+
+def _normal_spec(name: str) -> SolverSpec:
+    """The solver of the normal problem with a name."""
+    return registry.solver("normal", name, ("auto", *registry.normal_methods()))
 
 
 def _tangential_spec(scene: Scene, name: str) -> SolverSpec:

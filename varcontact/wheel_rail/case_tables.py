@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.interfaces.shear_strength import ShearStrength
 from varcontact.io.scene_toml import bodies_from, friction_from
 from varcontact.io.toml_tables import (
     check_keys,
     file_named,
+    kind_named,
     make,
     named_as,
     needed,
@@ -60,7 +60,7 @@ def make_parts(table: dict[str, Any], folder: Path) -> None:
 def wear_from(table: Any) -> Archard | ArchardMap:
     """Archard's law from the table ``[wear]``: with a coefficient, unless its kind is the map."""
     entries = dict(table_of("wear", table))
-    kind = _kind("wear", entries.pop("kind", "archard"), WEAR)
+    kind = kind_named("wear", entries.pop("kind", "archard"), WEAR)
     law: Archard | ArchardMap = make("wear", WEAR[kind], entries)
     return law
 
@@ -166,14 +166,6 @@ def _thermal(field: str, table: Mapping[str, Any]) -> Thermal:
     return thermal
 
 
-def _kind(field: str, given: Any, kinds: Mapping[str, Any]) -> str:
-    """Name of a kind, given as in scene files: in any case, with hyphens or underscores."""
-    named = {kind.replace("_", "-"): kind for kind in kinds}
-    if isinstance(given, str):
-        given = named.get(given.lower().replace("_", "-"), given)
-    return checks.choice(f"{field}.kind", given, kinds)
-
-
 def _frictions(value: Any, folder: Path) -> Any:
     """Friction of all rails, or of the left and the right one."""
     if not isinstance(value, list):
@@ -185,7 +177,7 @@ def _friction(field: str, value: Any, folder: Path) -> Any:
     """A number, or the object of a table with its kind."""
     if not isinstance(value, Mapping):
         return value
-    kind = _kind(field, needed(field, value, "kind"), FRICTIONS)
+    kind = kind_named(field, needed(field, value, "kind"), FRICTIONS)
     with named_as(field, "friction"):
         if FRICTIONS[kind] is not FrictionByAngle:
             return friction_from(field, value, folder)
