@@ -99,6 +99,12 @@ class PlausibilityWarning(UserWarning):
     """
 
 
+class DoubtfulProfile(UserWarning):
+    """Points that look like a profile of the other kind, upside down, or with exchanged sides; or a
+    file that looks truncated.
+    """
+
+
 class NoContact(SceneError):
     """The bodies do not touch."""
 

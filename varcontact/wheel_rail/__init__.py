@@ -5,6 +5,7 @@ Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in
 radians, velocities in mm/s.
 """
 
+from varcontact.errors import DoubtfulProfile
 from varcontact.wheel_rail.contact_input import read_contact_input
 from varcontact.wheel_rail.damage import JohnsonDiagram, johnson_diagram, wear_down, worn_profile
 from varcontact.wheel_rail.geometry_table import (
@@ -27,7 +28,6 @@ from varcontact.wheel_rail.profile_dimensions import (
     flange_dimensions,
     rail_wear,
 )
-from varcontact.wheel_rail.profile_files import DoubtfulProfile
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import WheelRailSolution, wear
 from varcontact.wheel_rail.slices import ProfileSlices

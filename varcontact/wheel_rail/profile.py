@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import SceneError, warn
+from varcontact.errors import DoubtfulProfile, SceneError, warn
 from varcontact.html import preformatted
 from varcontact.system.files import check_ending, write_whole
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve, spline
 from varcontact.wheel_rail.profile_files import (
     KINDS,
-    DoubtfulProfile,
     Kind,
     rail_60e1,
     read_points,

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from varcontact import checks
-from varcontact.errors import SceneError, shortened, warn
+from varcontact.errors import DoubtfulProfile, SceneError, shortened, warn
 from varcontact.system.files import first_line, regular
 
 Kind = Literal["rail", "wheel"]
@@ -53,12 +53,6 @@ CHANGES = {
     "units.ang.f": 1.0,
 }
 """Keywords of SIMPACK's header that change its points, with their default values."""
-
-
-class DoubtfulProfile(UserWarning):
-    """Points that look like a profile of the other kind, upside down, or with exchanged sides; or a
-    file that looks truncated.
-    """
 
 
 def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, bool]:

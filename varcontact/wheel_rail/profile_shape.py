@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.errors import SceneError, warn
+from varcontact.errors import DoubtfulProfile, SceneError, warn
 from varcontact.wheel_rail.curve import growing
-from varcontact.wheel_rail.profile_files import Z_UP, DoubtfulProfile, Kind, read_points
+from varcontact.wheel_rail.profile_files import Z_UP, Kind, read_points
 
 if TYPE_CHECKING:
     from varcontact.wheel_rail.profile import Profile
