@@ -50,6 +50,9 @@ start."""
 SPLITTING_TOLS = (1e-2, 1e-4, 1e-6)
 """Residuals to which splitting solves in turn, where the safeguarded version fails from its own
 start."""
+NATURAL_MAPS = 3
+"""Natural maps before the first Newton step of steady rolling; in a shift their steps are too
+short."""
 STEP_PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)
 """Parts of a Newton step that the line search of the safeguarded version tries in turn."""
 
@@ -61,12 +64,14 @@ class PointOnAreas:
     problem: TangentialProblem
     at: RawSolution
     sticks: np.ndarray
-    # places of the stick elements (h,)
+    # places of the stick elements (h,), and of their tractions among all (c h,)
     stuck: np.ndarray
+    held: np.ndarray
     # places of the slip elements, whose traction turns (t,); none where there is but one component
     turning: np.ndarray
-    # their traction bound (t,), and unit vectors across their tractions (c, t)
-    bound: np.ndarray
+    # their tractions (c, t), these turned by a right angle, and unit vectors along the latter
+    slipping: np.ndarray
+    turned: np.ndarray
     across: np.ndarray
     # E (c, n)
     shift: np.ndarray
@@ -74,21 +79,24 @@ class PointOnAreas:
     @classmethod
     def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> PointOnAreas:
         (stuck,) = sticks.nonzero()
+        held = stuck
         turning = stuck[:0]
         if problem.components > 1:
+            held = np.concatenate([stuck, problem.size + stuck])
             (turning,) = (~sticks).nonzero()
-        bound = problem.bound.take(turning)
-        across = at.traction[::-1].take(turning, axis=1) / bound
-        across[0] *= -1
+        slipping = at.traction.take(turning, axis=1)
+        turned = slipping[::-1].copy()
+        turned[0] *= -1
+        across = turned / problem.bound.take(turning)
         shift = shift_of(problem, at)
-        return cls(problem, at, sticks, stuck, turning, bound, across, shift)
+        return cls(problem, at, sticks, stuck, held, turning, slipping, turned, across, shift)
 
     @property
     def parts(self) -> tuple[slice, slice, slice]:
         """Places among the unknowns: of the tractions that stick, of the angles, of the rigid
         shifts.
         """
-        sticking = self.problem.components * self.stuck.size
+        sticking = self.held.size
         end = sticking + self.turning.size
         return slice(sticking), slice(sticking, end), slice(end, None)
 
@@ -98,12 +106,11 @@ class PointOnAreas:
         if part != 1:
             step = part * step
         traction = self.at.traction.copy()
-        traction[:, self.stuck] += step[sticking].reshape(len(traction), -1)
+        traction.reshape(-1)[self.held] += step[sticking]
         if self.turning.size:
             angle = step[turning]
-            along = traction.take(self.turning, axis=1)
-            across = self.bound * self.across
-            traction[:, self.turning] = np.cos(angle) * along + np.sin(angle) * across
+            turned = np.cos(angle) * self.slipping + np.sin(angle) * self.turned
+            traction[:, self.turning] = turned
         rigid = self.at.rigid
         if self.problem.free:
             rigid = rigid.copy()
@@ -163,7 +170,7 @@ def _errors(point: PointOnAreas) -> np.ndarray:
     shift = point.shift
     if problem.potential.flow is not None:
         shift = shift + flow_of(problem, point.at)[0]
-    errors = [shift.take(point.stuck, axis=1).ravel()]
+    errors = [shift.take(point.held)]
     if point.turning.size:
         errors.append(dot(point.across, shift.take(point.turning, axis=1)))
     if problem.free:
@@ -181,18 +188,20 @@ def _jacobian(point: PointOnAreas) -> np.ndarray:
     across = point.across
     _, turning, _ = point.parts
     # shifts of the stick area, and across the tractions of the slip area, by all tractions
-    sticking = [component * n + point.stuck for component in range(problem.components)]
-    places = np.concatenate([*sticking, T])
+    places = np.concatenate([point.held, T])
     rows = matrix.take(places, axis=0)
     if T.size:
         of_y = matrix.take(n + T, axis=0)
-        rows[turning] = across[0, :, None] * rows[turning] + across[1, :, None] * of_y
+        of_y *= across[1, :, None]
+        rows[turning] *= across[0, :, None]
+        rows[turning] += of_y
     # by the stick tractions, and by the angles of the slip tractions
     jacobian = rows.take(places, axis=1)
     if T.size:
         by_y = rows.take(n + T, axis=1)
-        change = point.bound * across
-        jacobian[:, turning] = change[0] * jacobian[:, turning] + change[1] * by_y
+        by_y *= point.turned[1]
+        jacobian[:, turning] *= point.turned[0]
+        jacobian[:, turning] += by_y
         angles = np.arange(turning.start, turning.stop)
         jacobian[angles, angles] += magnitude(point.shift.take(T, axis=1))
     if problem.potential.flow is not None:
@@ -227,7 +236,7 @@ def _with_forces(jacobian: np.ndarray, point: PointOnAreas) -> np.ndarray:
         bordered[place, part] = 1.0
         if point.turning.size:
             bordered[turning, place] = point.across[component]
-            bordered[place, turning] = point.bound * point.across[component]
+            bordered[place, turning] = point.turned[component]
     return bordered
 
 
@@ -341,9 +350,8 @@ def tang_safeguarded(
     way back.
 
     An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which
-    is the paper's points 4 and 5 in one. Steps are judged by the residual of that map. The start is
-    tractions that slide all over, else those of infinite friction, cut off at the bound. Where no
-    way leads down from there, projection and contraction (`splitting`), which converges from
+    is the paper's points 4 and 5 in one. Steps are judged by the residual of that map. Where no way
+    leads down from the start, projection and contraction (`splitting`), which converges from
     anywhere, comes near enough for Newton's method. With forces prescribed TANG with inexact Newton
     steps is asked before.
 
@@ -359,11 +367,7 @@ def tang_safeguarded(
         return slipping
     if start is not None:
         return _descend(problem, _admissible(problem, start), max_steps, settings)
-    at = _sliding(problem)
-    if at is None:
-        at = _admissible(problem, no_slip(problem))
-    if not at.finite:  # numbers overflow
-        at = _unloaded(problem)
+    at = _begin(problem)
     best = _descend(problem, at, max_steps, settings)
     if best.solved:
         return best
@@ -376,6 +380,22 @@ def tang_safeguarded(
             return replace(raw, iterations=count)
         best = better(problem, best, raw)
     return replace(best, iterations=count, status="MaxIterations", solved=False)
+
+
+def _begin(problem: TangentialProblem) -> RawSolution:
+    """Tractions to begin with: in full slip; else, in steady rolling with given creepages, after a
+    few natural maps; else of infinite friction, cut off at the bound.
+    """
+    at = _sliding(problem)
+    if at is None and not (problem.symmetric or problem.free):
+        at = _unloaded(problem)
+        for _ in range(NATURAL_MAPS):
+            at = RawSolution(_Iterate.of(problem, at).image, at.rigid)
+    if at is None:
+        at = _admissible(problem, no_slip(problem))
+    if not at.finite:  # numbers overflow
+        at = _unloaded(problem)
+    return at
 
 
 def _sliding(problem: TangentialProblem) -> RawSolution | None:
@@ -471,6 +491,7 @@ def _on_areas(
     return at, count, bool(error < max(tol, NEWTON_ROUNDING))
 
 
+@np.errstate(over="ignore", invalid="ignore")  # in full slip, a step for a force is unbounded
 def _descend(
     problem: TangentialProblem, at: RawSolution, max_steps: int, settings: Settings
 ) -> RawSolution:
@@ -562,9 +583,7 @@ def _line_search(point: PointOnAreas, step: np.ndarray, iterate: _Iterate) -> _I
     """The first part of a Newton step that lowers the merit enough, or the best of all."""
     best = changed(iterate, merit=np.inf)
     for part in STEP_PARTS:
-        # in full slip, the step for a prescribed force is unbounded
-        with np.errstate(over="ignore", invalid="ignore"):
-            candidate = _Iterate.of(point.problem, point.moved(step, part))
+        candidate = _Iterate.of(point.problem, point.moved(step, part))
         if candidate.merit < best.merit:
             best = candidate
         if best.merit < (1 - 0.1 * part) * iterate.merit:
