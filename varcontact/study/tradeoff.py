@@ -393,11 +393,15 @@ class Tradeoff(Reported):
         return json.dumps(tables, indent=2, allow_nan=False, default=lambda value: value.item())
 
     def report(self) -> str:
-        """Fronts and advice in words and figures, for people."""
+        """Fronts of the classes in figures, for people; for a class without an answer the reasons."""
         blocks = []
-        for kind in self.classes["kind"].unique():
+        for kind in self.runs["kind"].unique():
+            front = self.front(kind)
+            if front.empty:
+                blocks.append("\n".join([kind, *self._reasons(kind)]))
+                continue
             lines = [["method", "scenes", "median", "90 %", "largest", "ms", "repeat", "MiB"]]
-            for row in self.front(kind).to_dict("records"):
+            for row in front.to_dict("records"):
                 errors = [
                     f"{100 * row[name]:.2g} %"
                     for name in ("median_error", "usual_error", "largest_error")
@@ -415,6 +419,15 @@ class Tradeoff(Reported):
                 "\n".join([kind, *(f"  {line}" for line in columns_of_text(lines, left=1))])
             )
         return "\n\n".join(blocks)
+
+    def _reasons(self, kind: str) -> list[str]:
+        """Reasons why ways have not answered scenes of a class."""
+        failed = self.runs[(self.runs["kind"] == kind) & (self.runs["outcome"] != "answered")]
+        reasons = failed.drop_duplicates(["way", "reason"])
+        return [
+            f"  {row['way']}: {row['outcome']}: {row['reason']}"
+            for row in reasons.to_dict("records")
+        ]
 
     def __repr__(self) -> str:
         return f"Tradeoff({self.runs['scene'].nunique()} scenes, {self.runs['way'].nunique()} ways)"
