@@ -290,7 +290,7 @@ test_what_needs_one_profile_refuses_slices = refusals(
     (lambda: Track(rail=flat(0.01)), "a Profile of kind 'rail'"),
     (
         lambda: on(STEP, z=1.0, vertical_force=None, position=Position(s=10.0)).patches(1.0),
-        "a step is too high",
+        "a step of the profile, or a rail beside it, is too high",
     ),
 )
 

@@ -168,7 +168,14 @@ def worn_profile(
     s = curve.at(profile.y)
     touched = np.abs(curve.points(s)[:, 1] - profile.z) < SAMPLE
     y, z = (np.where(touched, np.interp(s, at, each), 0.0) for each in moved)
-    return replace(profile, y=profile.y + y, z=profile.z + z)
+    try:
+        return replace(profile, y=profile.y + y, z=profile.z + z)
+    except SceneError as error:
+        message = (
+            f"passages = {times:g}: wear of up to {depth.max():.3g} mm is more than the profile "
+            f"bears ({error}); give fewer passages, and solve the wheels again on what they leave"
+        )
+        raise SceneError("passages", times, message=message) from error
 
 
 def _profile_of(wheels: Sequence[WheelRailSolution], kind: Kind) -> Profile:

@@ -164,7 +164,7 @@ class Locus:
         if self.gaps is not None and (self.gaps[:, [0, -1]] < z).any():
             reason = (
                 f"z = {z:.6g} mm: the wheel touches too far before or behind its axle; "
-                "a step is too high"
+                "a step of the profile, or a rail beside it, is too high"
             )
             raise SceneError("z", z, message=reason)
         inside = np.zeros(self.gap.size + 2, dtype=bool)

@@ -79,7 +79,14 @@ def fitted(
         distances, normals, feet = normal_distances(moved, curve)
         opposite = np.isfinite(distances) & (feet[:, 0] >= over[0]) & (feet[:, 0] <= over[1])
         if opposite.sum() < FEWEST:
-            raise SceneError("to", int(opposite.sum()), message=_apart(points, over))
+            near = int(np.isfinite(distances).sum())
+            if near >= FEWEST:
+                allowed = (
+                    f"opposite at least {FEWEST} of the {near} points near the other profile; "
+                    f"{opposite.sum()} are"
+                )
+                raise SceneError("over", over, allowed)
+            raise SceneError("to", near, message=_apart(points))
         # small rotations are about the centre of the opposite points
         middle = moved[opposite].mean(axis=0)
         arms = moved[opposite] - middle
@@ -98,14 +105,11 @@ def fitted(
     return angle, shift
 
 
-def _apart(points: np.ndarray, over: tuple[float, float]) -> str:
-    part = ""
-    if np.isfinite(over).all():
-        part = f" with y = {over[0]:.4g} to {over[1]:.4g} mm"
+def _apart(points: np.ndarray) -> str:
     return (
         f"to: the profiles do not overlap: fewer than {FEWEST} points of y = "
         f"{points[:, 0].min():.4g} to {points[:, 0].max():.4g} mm are within {FAR:g} mm of the "
-        f"profile to align to{part}; move the profile near it first, with shifted()"
+        f"profile to align to; move the profile near it first, with shifted()"
     )
 
 
