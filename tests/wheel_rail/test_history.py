@@ -11,6 +11,7 @@ import pytest
 import varcontact as vc
 from tests.scenes import refused
 from varcontact.wheel_rail import (
+    CoarseElements,
     Position,
     Profile,
     Track,
@@ -185,3 +186,10 @@ def test_a_history_refuses_what_it_has_not():
         ([wheel, rig(z=-0.1)], {}, "step 1 of the history: no contact"),
     ]:
         refused(partial(wheel_on_rail_history, wheels, **more), match=words)
+
+
+def test_coarse_elements_are_told_once():
+    coarse = rig(dx=0.5, dy=0.5, z=0.003)
+    with pytest.warns(CoarseElements, match="1 element wide") as told:
+        wheel_on_rail_history([coarse] * 3)
+    assert len(told) == 2  # along and across, of the first of three steps

@@ -393,7 +393,7 @@ class Tradeoff(Reported):
         return json.dumps(tables, indent=2, allow_nan=False, default=lambda value: value.item())
 
     def report(self) -> str:
-        """Fronts of the classes in figures, for people; for a class without an answer the reasons."""
+        """Fronts of the classes in figures, for people; reasons for a class without an answer."""
         blocks = []
         for kind in self.runs["kind"].unique():
             front = self.front(kind)

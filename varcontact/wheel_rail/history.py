@@ -27,6 +27,7 @@ from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap
 from varcontact.wheel_rail.patch_solution import PatchSolution
+from varcontact.wheel_rail.patch_warnings import warn_of_patches
 from varcontact.wheel_rail.patches import NOWHERE, Sides, Tangent
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.solve import without_plausibility_warnings
@@ -59,6 +60,7 @@ def wheel_on_rail_history(
     rolling and stays on the rail in a shift. The tractions of all patches of a step are where the
     next one begins: patches appear without tractions, move over the lattice, merge with what each
     of them has, and share it row by row where they split; one that lifts off leaves nothing.
+    Warnings are those of the first step.
 
     Parameters
     ----------
@@ -116,6 +118,8 @@ def wheel_on_rail_history(
                 before = _step(wheel, distance, before, tol, named | {"certify": certify})
         except VarcontactError as error:
             raise error.in_step(k, found) from error.__cause__
+        if k == 0:
+            warn_of_patches(before)
         found.append(before)
     return found
 

@@ -57,7 +57,8 @@ def warn_of_patches(found: WheelRailSolution) -> None:
 
 
 def _place(solved: PatchSolution) -> str:
-    return f"the patch at y = {solved.patch.location[1]:.4g} mm"
+    y = round(solved.patch.location[1], 3)
+    return f"the patch at y = {y:.4g} mm"
 
 
 def _coarse_elements(solved: PatchSolution) -> Iterator[str]:
