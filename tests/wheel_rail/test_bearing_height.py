@@ -90,6 +90,43 @@ def test_patches_tell_the_next_height(part):
     assert search._change == pytest.approx(part, rel=1e-6)
 
 
+@pytest.mark.parametrize("part", [0.5, 2.0])
+def test_patches_that_tell_little_are_not_followed_for_long(part):
+    case = wheel(with_friction=False)
+    search = BearingHeight(case, TOL)
+    while not search.done:
+        z = search.propose()
+        force = pressed(case, 1e7, 1.5, z)
+        search.learn_normal(force)
+        search.learn(force)
+        depth = (search.goal / 1e7) ** (2 / 3)
+        search.expect(z + (case.touching + depth - z) * part)
+    assert search.rounds <= 6
+
+
+@pytest.mark.parametrize("jump", [3e-5, 3e-3])
+def test_where_forces_jump_over_the_load_little_is_accepted(jump):
+    """As an element comes into contact."""
+    case = wheel(with_friction=False)
+    depth = (LOAD / 1e7) ** (2 / 3)
+    search = BearingHeight(case, TOL)
+
+    def search_all():
+        while not search.done:
+            z = search.propose()
+            sign = 1 if z > case.touching + depth else -1
+            force = pressed(case, 1e7, 1.5, z) * (1 + sign * jump)
+            search.learn_normal(force)
+            search.learn(force)
+
+    if jump > 1e-3:
+        with pytest.raises(NotConverged, match=r"forces jump by 0\.003 of it at z = "):
+            search_all()
+        return
+    search_all()
+    assert search.z - case.touching == pytest.approx(depth, rel=2 * TOL)
+
+
 @pytest.mark.parametrize("off", [-1e-3, 1e-3])
 def test_an_estimate_bounds_no_heights(off):
     """The load is borne on the other side of the first height than an estimate tells."""

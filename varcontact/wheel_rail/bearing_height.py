@@ -31,6 +31,11 @@ POWERS = 0.2, 5.0
 """Range of the exponent of the vertical force as a power of the normal forces."""
 CHANGES = 0.8, 1.25
 """Range of the change of forces in a step, relative to the change for patches of constant shape."""
+SLOW = 0.5
+"""Ratio of successive load errors above which the height that patches tell is not followed."""
+JUMP_MAX = 1e-3
+"""Relative load error that is accepted at a height where forces jump, as elements come into
+contact."""
 LITTLE = 1e-4
 """Relative change of depth below which the slope of a larger change is used, as solvers round
 forces."""
@@ -146,14 +151,28 @@ class BearingHeight:
     def _missed(self) -> str:
         words = f"no height of the axle was found that balances {self._load:g} N"
         if self._tol * (self.z - self._case.touching) >= ROUNDING * self._case.wheelset.radius:
-            return words
+            if not self._at_jump:
+                return words
+            jump = f"forces jump by {abs(self._excess):.2g} of it at z = {self.z:.6g} mm"
+            return f"{words}: {jump}, where elements come into contact; give smaller ones"
         reason = "heights are rounded more coarsely; give a larger load, or tol"
         return f"{words} to within tol = {self._tol:g}: {reason}"
 
     @property
     def near(self) -> bool:
         """True if enough of the load is carried to solve for tractions."""
-        return abs(self._excess) <= self._enough
+        return abs(self._excess) <= self._enough or self._at_small_jump
+
+    @property
+    def _at_small_jump(self) -> bool:
+        """True if no height carries the load, and this one misses it by little."""
+        return abs(self._excess) <= JUMP_MAX and self._at_jump
+
+    @property
+    def _at_jump(self) -> bool:
+        """True if forces jump here: heights that carry less and more than the load lie together."""
+        low, high = self._bracket
+        return high - low < self._tol * (self.z - self._case.touching)
 
     def learn_normal(self, force: float) -> None:
         """Learn the vertical part of the normal forces alone, at the height that was proposed."""
@@ -176,6 +195,8 @@ class BearingHeight:
             return
         if force <= 0:
             raise self._lifted(force)
+        self._excess = force / self._load - 1
+        self.done = abs(self._excess) <= self._tol or self._at_small_jump
         if self._tried[-1][0] != self.z:
             self._tried.append((self.z, force))
         normal = self._tried[-1][1]
@@ -185,8 +206,6 @@ class BearingHeight:
             self._power = float(np.clip(power, *POWERS))
         self._known = normal, force
         self._tells_power = True
-        self._excess = force / self._load - 1
-        self.done = abs(self._excess) <= self._tol
         if self._mixed:
             self._enough = max(self._least_missing, MISSING_OF_LAST * abs(self._excess))
 
@@ -198,6 +217,14 @@ class BearingHeight:
         )
         remedy = "give another position or friction, or z"
         return SceneError("vertical_force", load, message=f"{reason}; {remedy}")
+
+    @property
+    def _bracket(self) -> tuple[float, float]:
+        """The greatest height that carries less than the load, and the least that carries more."""
+        tried = [each for each in self._tried if each[0] != self._estimated_at]
+        heights, forces = np.array(tried).T
+        less = forces < self.goal
+        return float(heights[less].max()), float(heights[~less].min(initial=math.inf))
 
     def _next(self) -> float:
         """Next height by the secant method, between those that carry less and more than the
@@ -211,15 +238,14 @@ class BearingHeight:
         if abs(moved) > LITTLE * (self.z - touching):
             self._slope = (values[-1] - values[-2]) / moved
         step = math.inf
-        if self.expects:
-            step = self._expected
-            self._expected = math.nan
-        elif self._slope > 0:
+        if self._slope > 0:
             step = self.z - values[-1] / self._slope
-        # bracket
-        known = heights != self._estimated_at
-        low = heights[known & (values < 0)].max()
-        high = heights[known & (values >= 0)].min(initial=math.inf)
+        # what patches tell, unless that hardly came nearer the last time
+        if self.expects:
+            if self.rounds == 1 or abs(values[-1]) <= SLOW * abs(values[-2]):
+                step = self._expected
+            self._expected = math.nan
+        low, high = self._bracket
         if np.isinf(high):
             return float(min(step, touching + GROWTH * (self.z - touching)))
         if low < step < high:

@@ -109,7 +109,8 @@ class WheelOnRail(WheelGeometry):
         ----------
         tol : float
             Largest difference of the vertical force from the one that is given,
-            relative.
+            relative. Where forces jump over it, as elements come into contact,
+            up to 1e-3 is accepted.
         certify : str, optional
             See `varcontact.solve`: residuals alone if not given.
         **methods
