@@ -184,7 +184,7 @@ def test_miniprofs_rails_have_z_up(tmp_path):
         (lambda: RAIL.rotated(0.1, about=(1.0,)), "about"),
         (lambda: RAIL.aligned(WHEEL), "to"),
         (lambda: RAIL.aligned(RAIL.shifted(y=200.0)), "to"),
-        (lambda: RAIL.aligned(RAIL, over=(100.0, 200.0)), "to"),
+        (lambda: RAIL.aligned(RAIL, over=(100.0, 200.0)), "over"),
         (lambda: RAIL.aligned(RAIL, over=(20.0, 10.0)), "over"),
         (lambda: RAIL.resampled(0.0), "step"),
         (lambda: RAIL.outliers(distance=-1.0), "distance"),
