@@ -34,8 +34,7 @@ CHANGES = 0.8, 1.25
 SLOW = 0.5
 """Ratio of successive load errors above which the height that patches tell is not followed."""
 JUMP_MAX = 1e-3
-"""Relative load error that is accepted at a height where forces jump, as elements come into
-contact."""
+"""Relative load error that is accepted where forces jump, as elements come into contact."""
 LITTLE = 1e-4
 """Relative change of depth below which the slope of a larger change is used, as solvers round
 forces."""

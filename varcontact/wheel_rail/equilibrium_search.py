@@ -44,6 +44,8 @@ HELD_TOL = 1e-4
 """Tolerance of the other loads where a wheel set is held."""
 TOL = 1e-10
 """Tolerance of the imbalance at the end of the search."""
+FAST_JUMPS = "forces of the fast way jump where patches join"
+"""Why the fast way does not balance the loads."""
 ROUNDS = 30
 ATTEMPTS = 3
 """Largest number of times that the pitch rate is bracketed and the other unknowns are solved from
@@ -454,14 +456,10 @@ def balanced_wheels(
     return left, right
 
 
-def warn_unbalanced(imbalance: float, tol: float) -> None:
-    """Warn of loads that the fast way has not balanced."""
+def warn_unbalanced(imbalance: float, tol: float, cause: str = FAST_JUMPS) -> None:
+    """Warn of loads that are not balanced to a `tol`."""
     if imbalance > tol:
-        words = (
-            f"loads are balanced to {imbalance:.2g} only: "
-            "forces of the fast way jump where patches join"
-        )
-        warn(words)
+        warn(f"loads are balanced to {imbalance:.2g} only: {cause}")
 
 
 def _above_rail(case: LoadedWheelSet, wheel: WheelOnRail) -> SceneError:

@@ -82,6 +82,8 @@ class WheelSetOnTrack(LoadedWheelSet):
             Largest imbalance: of forces by the load, of moments by the load and
             half the distance of the nominal circles, of the torque by the load
             and the radius. With grids chosen for an accuracy 1e-4 at least.
+            Where forces jump, as elements come into contact, up to 1e-3 is
+            accepted, with a warning.
         certify : str, optional
             See `varcontact.solve`.
         **methods
