@@ -9,15 +9,18 @@ github.com/criogenox/B_ECC-Equivalent-Conicity-Calculation but for 0.03 mm and, 
 """
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA, cone, flat_track, round_rail
 from varcontact.errors import NoContact, SceneError
 from varcontact.wheel_rail import (
+    Irregularity,
     Position,
     Profile,
     Track,
@@ -135,6 +138,37 @@ def test_equivalent_conicities_of_the_standard(track, name):
     amplitudes, wanted = STANDARD[name]["amplitude"], STANDARD[name]["conicity"]
     found = equivalent_conicity(track, WHEELS[name], amplitudes)
     assert found == pytest.approx(wanted, abs=0.001 if name == "A" else 0.017)
+
+
+def test_each_rail_has_its_own_place(track):
+    """Both displaced are the track displaced; mirror images are another gauge; one alone changes
+    the radius of its wheel.
+    """
+    wheelset = WHEELS["A"]
+    beside = replace(track, left=Irregularity(y=1.0), right=Irregularity(y=1.0))
+    difference = rolling_radius_difference(track, wheelset, 2.0)
+    assert rolling_radius_difference(beside, wheelset, 3.0) == pytest.approx(difference, abs=1e-9)
+    wide = replace(track, left=Irregularity(y=-1.0), right=Irregularity(y=1.0))
+    wider = replace(track, gauge=track.gauge + 2.0)
+    wanted = rolling_radius_difference(wider, wheelset, 3.0)
+    assert rolling_radius_difference(wide, wheelset, 3.0) == pytest.approx(wanted, abs=1e-9)
+    one = replace(track, right=Irregularity(y=1.0))
+    other = replace(track, left=Irregularity(y=-1.0))
+    halves = [rolling_radius_difference(each, wheelset, 3.0) for each in (one, other)]
+    assert sum(halves) == pytest.approx(
+        wanted + rolling_radius_difference(track, wheelset, 3.0), abs=1e-9
+    )
+    assert equivalent_conicity(wide, wheelset, 3.0) == pytest.approx(
+        equivalent_conicity(wider, wheelset, 3.0), rel=1e-6
+    )
+    refused(lambda: equivalent_conicity(beside, wheelset, 3.0), "track", "mirror images")
+
+
+def test_unlike_rails_have_a_difference_and_no_conicity(track):
+    unlike = replace(track, left_rail=RAIL.shifted(y=0.5))
+    wanted = rolling_radius_difference(track, WHEELS["A"], 1.0)
+    assert rolling_radius_difference(unlike, WHEELS["A"], 1.0) == pytest.approx(wanted, abs=1e-9)
+    refused(lambda: equivalent_conicity(unlike, WHEELS["A"], 3.0), "track", "mirror images")
 
 
 @pytest.mark.long

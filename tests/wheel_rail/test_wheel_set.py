@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tests.scenes import refusals
+from tests.benchmarks.balance import wheel_set as random_wheel_set
+from tests.scenes import refusals, refused
 from tests.wheel_rail.conditions import (
     TRACK,
     WHEELSET,
@@ -30,6 +31,7 @@ from varcontact.wheel_rail import (
     Velocity,
     WheelSet,
     WheelSetOnTrack,
+    flange_clearance,
     rolling_radius_difference,
 )
 from varcontact.wheel_rail.equilibrium import BroydenIterate
@@ -195,6 +197,42 @@ def test_nadals_limit_is_that_of_the_face_of_the_flange():
         track=flat_track(round_rail()), wheelset=WheelSet(wheel=cone()), vertical_force=160e3
     )
     assert np.isnan(coned.estimate().nadal("left"))
+
+
+@pytest.mark.parametrize("shift", [-30.0, 5.0, 70.0])
+def test_the_origin_of_a_wheels_profile_does_not_matter(shift):
+    """With the place of the flange's back, such as of y that is counted from there."""
+    moved = replace(WHEELSET, wheel=WHEELSET.profile.shifted(y=shift), flange_back=-70.0 + shift)
+    found, like = (wheel_set(3.0, wheelset=each).estimate() for each in (moved, WHEELSET))
+    for side in ("left", "right"):
+        assert found.nadal(side) == pytest.approx(like.nadal(side), rel=1e-6)
+    play, same = (flange_clearance(wheel_set().track, each) for each in (moved, WHEELSET))
+    assert play.clearance == pytest.approx(same.clearance, abs=1e-6)
+
+
+@pytest.mark.long
+def test_loads_that_forces_jump_over_are_balanced_nearly():
+    """Refused with the lateral force short by 6e-4 of the load, before."""
+    case = replace(
+        random_wheel_set(448225567),
+        dx=1.5,
+        dy=1.5,
+        free=("y", "roll"),
+        lateral_force=75695.24932405198,
+        position=Position(y=-4.95558595644158, yaw=-0.003678196678606935),
+    )
+    with pytest.warns(UserWarning, match=r"balanced to 0.00064 only: forces jump there"):
+        found = case.solve()
+    assert 1e-5 < found.imbalance < 1e-3
+
+
+def test_rails_beside_their_places_change_the_play():
+    track = wheel_set().track
+    wider = replace(track, left=Irregularity(y=-3.0), right=Irregularity(y=1.0))
+    play = flange_clearance(track, WHEELSET)
+    assert flange_clearance(wider, WHEELSET).clearance == pytest.approx(play.clearance + 2.0)
+    rolled = replace(track, left=Irregularity(roll=0.01))
+    refused(lambda: flange_clearance(rolled, WHEELSET), "track.left.roll")
 
 
 @pytest.mark.long

@@ -20,7 +20,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.wheel_rail.locus import contact_locus
-from varcontact.wheel_rail.track import Track, WheelSet
+from varcontact.wheel_rail.track import Side, Track, WheelSet
 
 STEP = 0.05
 """Distance of displacements whose rolling radius difference is computed [mm]; between them it is
@@ -64,27 +64,30 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     checks.kind("track", track, Track)
     checks.kind("wheelset", wheelset, WheelSet)
     places = checks.numbers("y", y)
-    wheel = wheelset.placed("right")
-    rail = track.placed("right")
-    radii = {}
-    for each in {*places.flat, *(-places).flat}:
-        locus = contact_locus(wheel, rail, np.eye(3), np.array([0.0, each, -wheelset.radius]))
-        nearest = int(locus.gap.argmin())
-        gap = np.pad(locus.gap, 1, constant_values=np.inf)
-        before, least, after = gap[nearest : nearest + 3]
-        if not np.isfinite(before + after):
-            raise SceneError(
-                "y", each, message=f"y = {each:g} mm: the wheel touches at the end of a profile"
-            )
-        # at the lowest point of a parabola through the nearest circles
-        step = locus.s[nearest] - locus.s[nearest - 1]
-        bend = before - 2 * least + after
-        beside = 0.0
-        if bend > 0:
-            beside = step * (before - after) / (2 * bend)
-        radii[each] = float(wheel.points(locus.s[nearest] + beside)[1])
-    differences = [radii[each] - radii[-each] for each in places.flat]
-    return _like(places, np.array(differences).reshape(places.shape))
+    right, left = (
+        np.array([_radius(track, wheelset, side, y) for y in places.flat])
+        for side in ("right", "left")
+    )
+    return _like(places, (right - left).reshape(places.shape))
+
+
+def _radius(track: Track, wheelset: WheelSet, side: Side, y: float) -> float:
+    """Radius of the wheel on a `side` where it touches first."""
+    wheel = wheelset.placed(side)
+    rail = track.of_sides[side].placed(side)
+    locus = contact_locus(wheel, rail, np.eye(3), np.array([0.0, y, -wheelset.radius]))
+    nearest = int(locus.gap.argmin())
+    gap = np.pad(locus.gap, 1, constant_values=np.inf)
+    before, least, after = gap[nearest : nearest + 3]
+    if not np.isfinite(before + after):
+        raise SceneError("y", y, message=f"y = {y:g} mm: the wheel touches at the end of a profile")
+    # at the lowest point of a parabola through the nearest circles
+    step = locus.s[nearest] - locus.s[nearest - 1]
+    bend = before - 2 * least + after
+    beside = 0.0
+    if bend > 0:
+        beside = step * (before - after) / (2 * bend)
+    return float(wheel.points(locus.s[nearest] + beside)[1])
 
 
 def _like(given: np.ndarray, values: np.ndarray) -> Any:
@@ -119,7 +122,8 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
     Raises
     ------
     SceneError, NoContact
-        See `rolling_radius_difference`; for an amplitude that is not positive.
+        See `rolling_radius_difference`; for an amplitude that is not positive,
+        and for rails that are no mirror images of each other.
 
     Examples
     --------
@@ -131,6 +135,10 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
     """
     from scipy.interpolate import make_interp_spline
 
+    checks.kind("track", track, Track)
+    if not track.mirrored:
+        message = "track: a conicity is of a track whose rails are mirror images of each other"
+        raise SceneError("track", (track.left, track.right), message=message)
     wanted = checks.positives("amplitude", amplitude)
     if not wanted.size:
         return wanted

@@ -11,7 +11,7 @@ from varcontact.errors import SceneError
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.profile_shape import flange
-from varcontact.wheel_rail.track import Track, WheelSet
+from varcontact.wheel_rail.track import SIGN, TO_RUNNING_CIRCLE, Track, WheelSet
 
 STEP = 0.01
 """Distance of samples along a profile [mm]."""
@@ -86,7 +86,7 @@ def flange_dimensions(
     wheel: Profile,
     *,
     back: float = -70.0,
-    running_circle: float = 0.0,
+    running_circle: float | None = None,
     above: float = 10.0,
     below_tip: float = 2.0,
 ) -> FlangeDimensions:
@@ -98,8 +98,8 @@ def flange_dimensions(
         Upright, its flange at negative y.
     back : float
         y of the flange's back [mm].
-    running_circle : float
-        y of the running circle [mm], 70 mm from the back.
+    running_circle : float, optional
+        y of the running circle [mm]; by default 70 mm from the back.
     above : float
         Height above the running circle of the thickness [mm].
     below_tip : float
@@ -121,7 +121,9 @@ def flange_dimensions(
     if flange(wheel.y, wheel.z) != -1:
         raise SceneError("wheel", wheel.name or "a profile", "a wheel with a flange at negative y")
     back = checks.number("back", back)
-    circle = checks.number("running_circle", running_circle)
+    circle = back + TO_RUNNING_CIRCLE
+    if running_circle is not None:
+        circle = checks.number("running_circle", running_circle)
     tread = float(wheel.z_at(circle))
     if np.isnan(tread):
         raise SceneError("running_circle", circle, "a y of the part that can be touched [mm]")
@@ -237,9 +239,16 @@ def flange_clearance(track: Track, wheelset: WheelSet) -> FlangeClearance:
     Parameters
     ----------
     track : Track
-        Its gauge is measured 14 mm below the rails' top by default.
+        Its gauge is measured 14 mm below the rails' top by default; rails
+        that are displaced sideways widen it, rolled ones are refused.
     wheelset : WheelSet
-        Its flanges are measured 10 mm above their running circles.
+        Its flanges are measured 10 mm above their running circles, 70 mm from
+        the back.
+
+    Raises
+    ------
+    SceneError
+        For rails that are rolled, and see `flange_dimensions`.
 
     Examples
     --------
@@ -252,7 +261,12 @@ def flange_clearance(track: Track, wheelset: WheelSet) -> FlangeClearance:
     checks.kind("wheelset", wheelset, WheelSet)
     flanges = flange_dimensions(wheelset.profile, back=wheelset.flange_back)
     over = wheelset.inside_distance + 2 * flanges.thickness
-    return FlangeClearance(gauge=track.gauge, over_flanges=over, clearance=(track.gauge - over) / 2)
+    for side in SIGN:
+        roll = getattr(track, side).roll
+        if roll != 0:
+            raise SceneError(f"track.{side}.roll", roll, "0: a gauge is of upright rails")
+    gauge = track.gauge + track.right.y - track.left.y
+    return FlangeClearance(gauge=gauge, over_flanges=over, clearance=(gauge - over) / 2)
 
 
 def _samples(profile: Profile) -> np.ndarray:

@@ -25,6 +25,8 @@ from varcontact.wheel_rail.slices import ProfileSlices, RailSurface, Surface, sl
 Side = Literal["left", "right"]
 SIGN: dict[Side, float] = {"left": -1.0, "right": 1.0}
 NUMBERS = ("y", "z", "lateral", "vertical", "roll_rate")
+TO_RUNNING_CIRCLE = 70.0
+"""Distance of the running circle from the flange's back [mm]."""
 WIDEST_FLANGE = 40.0
 """Largest distance from the back of a flange to its tip [mm]."""
 ROLLER_REACH = 50.0
@@ -226,6 +228,14 @@ class Track(
             and self.rails[0].constant
         )
 
+    @property
+    def mirrored(self) -> bool:
+        """True if the left rail is the mirror image of the right one."""
+        left = self.left
+        right = self.right
+        same_rails = self.left_rail is self.right_rail is None
+        return same_rails and (left.y, left.z, left.roll) == (-right.y, right.z, -right.roll)
+
     @lazy_property
     def origin(self) -> np.ndarray:
         """Origin of the right rail's profile, (y, z) in track coordinates [mm]."""
@@ -409,6 +419,11 @@ class WheelSet(
     def constant(self) -> bool:
         """True if the wheel is round."""
         return self._slices.constant
+
+    @property
+    def running_circle(self) -> float:
+        """y of the running circle in the wheel's profile, 70 mm from the flange's back [mm]."""
+        return self.flange_back + TO_RUNNING_CIRCLE
 
     @property
     def middle(self) -> float:

@@ -23,10 +23,9 @@ from varcontact.wheel_rail.equilibrium_search import (
 from varcontact.wheel_rail.patch_solution import forces_in_words
 from varcontact.wheel_rail.plausibility import warnings_of
 from varcontact.wheel_rail.position import Position, Velocity
-from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_shape import flange
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
-from varcontact.wheel_rail.track import SIGN, Side, Track
+from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_set_loads import LoadedWheelSet
 
@@ -176,7 +175,7 @@ class WheelSetSolution(Reported, WheelForces):
         without a flange. M. J. Nadal, Annales des Mines 10 (1896) 232.
         """
         wheel = getattr(self, side).case
-        steepest = _flange_angle(wheel.wheelset.profile)
+        steepest = _flange_angle(wheel.wheelset)
         f = wheel.friction_at(-SIGN[side] * steepest)
         slope = np.tan(steepest)
         return float(self.y_over_q(side) * (1 + f * slope) / (slope - f))
@@ -254,14 +253,14 @@ def _lateral_force(case: LoadedWheelSet) -> float:
     return float(np.sum([each.force_on_track for each in patches], axis=0)[1])
 
 
-def _flange_angle(profile: Profile) -> float:
-    """Greatest angle of a wheel's face from the flange's tip to the tread [rad], NaN if it has no
-    flange.
+def _flange_angle(wheelset: WheelSet) -> float:
+    """Greatest angle of a wheel's face from the flange's tip to the running circle [rad], NaN if it
+    has no flange.
     """
-    curve = profile.running
+    curve = wheelset.profile.running
     s = curve.sampled(FACE)
     y, z = curve.points(s).T
     if flange(y, z) >= 0:
         return math.nan
-    face = s[z.argmax() : np.searchsorted(y, 0.0) + 1]
+    face = s[z.argmax() : np.searchsorted(y, wheelset.running_circle) + 1]
     return float(-curve.angles(face).min())
