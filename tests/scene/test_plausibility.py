@@ -57,6 +57,10 @@ def sampled(h):
         ),
         (replace(IN_MM, bodies=vc.Bodies(G=1.19e7, nu=0.28), units=None), "pounds by square inch"),
         (
+            replace(IN_MM, friction=vc.ExponentialFalling(0.4, 0.2, half_velocity=50.0)),
+            "friction.half_velocity = 50 is a slip relative to the rolling velocity",
+        ),
+        (
             replace(STEEL, friction=30.0),
             "friction = 30: coefficients are below 2, and are no per cents",
         ),

@@ -396,6 +396,12 @@ def test_the_command_compares_all_cases(tmp_path):
         run("solve", DATA / "cattaneo.inp", "--compare", "none.out", folder=tmp_path), "none.out"
     )
     assert_bad_input(run("suite", "none", folder=tmp_path), "a folder with input files of CONTACT")
+    # no number stands in JSON for what is not known; a file is no folder
+    case = ("solve", DATA / "cattaneo.inp", "--compare", path)
+    done = run(*case, "--json", folder=tmp_path)
+    equal = json.loads(done.stdout, parse_constant=pytest.fail)[0]
+    assert equal["verdict"] == "equal" and equal["refined"] is None
+    assert_bad_input(run(*case, "--save", path, folder=tmp_path), "the folder cannot be made")
 
 
 def test_digits_that_are_printed_are_compared():

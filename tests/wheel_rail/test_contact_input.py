@@ -48,6 +48,7 @@ CASE = """
 
   0 MODULE
 """
+STOP = "\n  0 MODULE\n"
 TRACK = "   14.0     0     1435.0  0.000 "
 PLACE = "    0.0  0.0 10000.  0.0  0.0  0.0 "
 RATES = "         0.0    0.0  -4.34811810 "
@@ -72,6 +73,19 @@ def read(folder, *changes, text=CASE):
     path = folder / "case.inp"
     path.write_text(text)
     return read_contact_input(path)
+
+
+def test_cases_beside_the_wheels_are_told(folder):
+    """Here one of a longitudinal force, F = 1, between two at given velocities."""
+    once = CASE.removesuffix(STOP)
+    forced = once.replace(" 1203100 ", " 1203110 ")
+    path = folder / "case.inp"
+    path.write_text(once + forced + once + STOP)
+    found = read_contact_input(path)
+    assert [case.number for case in found.beside] == [2]
+    assert len(found) == 2 and found.left_out == ()
+    assert "case 2: not among the wheels, as it is a step in time, by a force" in str(found)
+    assert "3 cases, 2 wheels" in repr(found)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.terminal import NOT_SOLVED, fail, progress_line, show
-from varcontact.errors import SceneError, VarcontactError
+from varcontact.errors import OutputError, SceneError, VarcontactError
 from varcontact.io.contact_output import published_seconds
 from varcontact.study import contact_comparison as comparison
 from varcontact.study.contact_comparison import Compared
@@ -30,7 +30,7 @@ def solve_all(
     if compare is not None:
         printed = {each.case: each for each in vc.read_contact_output(compare)}
     if save is not None:
-        save.mkdir(parents=True, exist_ok=True)
+        _make_folder(save)
     started = time.process_time()
     with progress_line() as progress:
         rows, tables = _all_cases(path, printed, save, progress)
@@ -40,8 +40,9 @@ def solve_all(
     if compare is None:
         return
     if as_json:
-        found = comparison.table_of(rows).to_dict("records")
-        show(json.dumps(found, indent=2, default=float))
+        from varcontact.study.csv_table import as_json as table_as_json
+
+        show(table_as_json(comparison.table_of(rows)))
     else:
         show(comparison.report(rows))
         show(f"seconds: {tenths(published_seconds(compare))} theirs, {tenths(seconds)} ours")
@@ -49,6 +50,14 @@ def solve_all(
     unequal = counts[comparison.DIFFERENT] + counts[comparison.NOT_RUN]
     if unequal:
         fail(f"{unequal} of {sum(counts.values())} cases are not equal, see the table", NOT_SOLVED)
+
+
+def _make_folder(save: Path) -> None:
+    try:
+        save.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = f"the folder cannot be made ({error.strerror})"
+        raise OutputError("--save", str(save), reason) from None
 
 
 def _check_ending(path: Path) -> None:

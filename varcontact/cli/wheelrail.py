@@ -67,9 +67,10 @@ def _read(path: Path, options: dict[str, Any]) -> CaseFile:
         file = read_case(path)
         return replace(file, options=file.options | options)
     wheels = vc.wheel_rail.read_contact_input(path)
-    others = [each.number for each in wheels.cases if not each.alone]
+    others = [each.number for each in wheels.beside]
     if others:
-        message = f"{path}: cases {others} are steps in time or by forces: --table solves them"
+        reason = "steps in time, by forces, or by simplified theory: --table solves them"
+        message = f"{path}: cases {others} are {reason}"
         raise SceneError("case", str(path), message=message)
     return CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), options, None)
 

@@ -219,6 +219,18 @@ def _friction(scene: Scene) -> str:
     )
 
 
+def _half_velocity(scene: Scene) -> str:
+    """Warning for a slip velocity of a law of friction that counts as a relative slip above 1."""
+    half = getattr(scene.friction, "half_velocity", 0.0)
+    velocity = getattr(scene.friction, "velocity", 1.0)
+    if half <= 1 or velocity != 1 or isinstance(scene.motion, Shift):
+        return ""
+    return (
+        f"friction.half_velocity = {half:.4g} is a slip relative to the rolling velocity, as "
+        "friction.velocity is 1: give it the rolling velocity, in the unit of half_velocity"
+    )
+
+
 def _creepage(scene: Scene) -> str:
     """Warning for creepages at which velocities differ much from those of rolling; without slip
     everything is linear.
@@ -274,6 +286,7 @@ CHECKS: tuple[Callable[[Scene], str], ...] = (
     _upside_down,
     _parts_in_history,
     _friction,
+    _half_velocity,
     _creepage,
     _spin,
     _sliding_strip,

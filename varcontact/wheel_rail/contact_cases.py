@@ -14,6 +14,12 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 NO_NEAR_MISS = -1.0
 """Value of GAP_MISS for which no place counts as a near miss [mm]."""
 
+BESIDE = (
+    "not among the wheels, as it is a step in time, by a force, on springs or by simplified "
+    "theory: varcontact wheelrail --table solves it"
+)
+"""What is said of a case that is not in the sequence."""
+
 
 @dataclass(frozen=True)
 class RailSprings:
@@ -131,15 +137,23 @@ class WheelInput(Sequence[WheelOnRail]):
         return len(self._wheels)
 
     @property
+    def beside(self) -> tuple[WheelCase, ...]:
+        """The cases with a wheel that is not in the sequence."""
+        return tuple(case for case in self.cases if case.wheel is not None and not case.alone)
+
+    @property
     def left_out(self) -> tuple[WheelCase, ...]:
         """The cases that have no wheel, each with its reason."""
         return tuple(case for case in self.cases if case.reason)
 
     def __str__(self) -> str:
-        """A report: how many cases there are, and why some have no wheel."""
+        """A report: how many cases there are, why some have no wheel, and which are not among the
+        wheels.
+        """
         lines = [f"{self.path}: {len(self.cases)} cases, {len(self.left_out)} of them left out"]
         lines += [f"case {case.number}: {case.reason}" for case in self.left_out]
+        lines += [f"case {case.number}: {BESIDE}" for case in self.beside]
         return "\n".join(lines)
 
     def __repr__(self) -> str:
-        return f"WheelInput({self.path!r}, {len(self.cases)} cases)"
+        return f"WheelInput({self.path!r}, {len(self.cases)} cases, {len(self)} wheels)"

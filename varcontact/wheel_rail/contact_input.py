@@ -85,7 +85,9 @@ def read_contact_input(path: str | Path, *, strict: bool = True) -> WheelInput:
     -------
     WheelInput
         A sequence of wheels in the order of the file. Given forces are all
-        forces on the rail, those of friction included, as FZ is.
+        forces on the rail, those of friction included, as FZ is. Cases of steps
+        in time, by forces (F = 1 to 3) or by simplified theory are not in it,
+        but in its `cases`; ``print`` tells which.
 
     Raises
     ------
