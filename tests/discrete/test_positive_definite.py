@@ -185,7 +185,7 @@ def test_softened_elements():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("cells", [(32, 21), (48, 32)])
+@pytest.mark.parametrize("cells", [(32, 21), (48, 32), (60, 60)])
 def test_bounds_of_the_second_order_scheme(cells):
     scene = make_scene(
         vc.Ellipse(1.2, 0.9), motion=vc.Steady(vx=0.1, spin=0.1), grid=vc.Grid(*cells)

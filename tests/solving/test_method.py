@@ -123,7 +123,7 @@ def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     )
     assert "clarabel" not in sol.calls["tangential"]
     assert sol.solved_by["tangential"] == "tang-safeguarded"
-    why = "the gap is not convex on these elements, so tang-safeguarded was used"
+    why = "the gap is not found to be convex here, so tang-safeguarded was used"
     assert sol.plan.reasons["tangential"] == f"requested; {why}"
     assert f"clarabel: requested; {why}; solved by tang-safeguarded" in sol.report()
     count = sol.calls["tangential"]["tang-safeguarded"]

@@ -363,7 +363,7 @@ def test_scenes_without_a_program_are_refused(small, changes, options, field, wo
 def test_a_gap_that_is_not_convex_is_refused(small):
     long = small(bodies=vc.Bodies(G=1.0, nu=0.5), surface=vc.Ellipse(a=10.0, b=0.5),
                  motion=vc.Steady(vx=0.01, dq=0.2))  # fmt: skip
-    refused(lambda: vc.program(long), "motion.dq", match="not convex")
+    refused(lambda: vc.program(long), "motion.dq", match="not found to be convex")
 
 
 def test_answers_of_another_shape_are_refused(small):

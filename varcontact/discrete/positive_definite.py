@@ -34,7 +34,11 @@ a lower bound on the least eigenvalue."""
 SLACK = 1e-3
 """Relative error of an energy at which conjugate gradients stop; the bound includes it."""
 
-MAX_ITERATIONS = 1000
+ITERATIONS = 1000, 6000
+"""Least and largest number of steps of conjugate gradients before they are given up."""
+ELEMENT_STEPS = 4e7
+"""Elements times steps between these numbers: some 6 s. The second-order difference takes 0.6 steps
+an element, the first-order one 90 to 230 in all."""
 SEED = 0
 EPS = float(np.finfo(float).eps)
 
@@ -223,6 +227,7 @@ def _conjugate_gradients(
     Also the steps (alpha, beta). None where a direction has no positive curvature, or there are too
     many steps.
     """
+    most = int(np.clip(ELEMENT_STEPS / symmetric.elements.size, *ITERATIONS))
     x = np.zeros_like(right)
     residual = right.copy()
     energy = 0.0
@@ -232,7 +237,7 @@ def _conjugate_gradients(
     while not converged(weight, energy):
         image = symmetric.apply(direction)
         curvature = float(np.sum(direction * image))
-        if not curvature > 0 or len(steps) == MAX_ITERATIONS:
+        if not curvature > 0 or len(steps) == most:
             return None
         alpha = weight / curvature
         x += alpha * direction

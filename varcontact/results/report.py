@@ -317,15 +317,18 @@ def no_guarantee(sol: Solution) -> str:
         )
     if sol.scene.yield_stress_changes:
         return "the yield stress of the third body depends on the solution"
-    dx, dy = sol.grid.sides
-    step = dx
-    if isinstance(sol.scene.motion, Steady) and sol.scene.motion.dq is not None:
-        step = sol.scene.motion.dq
-    return (
-        "the symmetric part of the problem is not positive definite, so nothing is proved "
-        "but the residual: there may be several solutions or none, and no method has to converge; "
-        f"motion.dq = {step:.3g} is too short for elements with sides {dx:.3g} by {dy:.3g}"
+    reason = (
+        "the symmetric part of the problem is not found to be positive definite, so nothing is "
+        "proved but the residual: there may be several solutions or none, and no method has to "
+        "converge"
     )
+    motion = sol.scene.motion
+    dx, dy = sol.grid.sides
+    if isinstance(motion, Steady) and motion.dq is not None and motion.dq < dx:
+        return (
+            f"{reason}; motion.dq = {motion.dq:.3g} is short for elements of {dx:.3g} by {dy:.3g}"
+        )
+    return reason
 
 
 def _variable_of_law(law: Law) -> str:

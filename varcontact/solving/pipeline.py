@@ -73,10 +73,10 @@ def solve_problem(
         return _best_answer(problem, attempts, settings, start)
     # no convex program
     if plan.method == "conic" or not polish:
-        why = "the gap is not convex for elements so long and steps so short"
+        why = "the gap is not found to be convex for elements so long and steps so short"
         raise SceneError("formulation", "gap", f'"marching", or a longer motion.dq: {why}')
     raw = _best_answer(problem, attempts[-1:], settings, None)  # the certificate judges them
-    return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
+    return replace(raw, reason=f"the gap is not found to be convex here, so {raw.solver} was used")
 
 
 def _best_answer(

@@ -470,7 +470,7 @@ def _of_tractions(scene: Scene, formulation: str, pressure: np.ndarray | None) -
         names = ["gap"]
     formulation = _checked(formulation, names, "steady rolling has no energy")
     if formulation == "gap" and problem.symmetric_part is None:
-        why = "the gap is not convex for elements so long and steps so short"
+        why = "the gap is not found to be convex for elements so long and steps so short"
         raise SceneError("motion.dq", getattr(scene.motion, "dq", None), f"longer: {why}")
     plan = _by_program(plan, "tangential", formulation)
     contact = _ContactProblem(disc, state, plan, problem)

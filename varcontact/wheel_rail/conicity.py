@@ -58,8 +58,8 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     >>> from varcontact.wheel_rail import Profile
     >>> track = Track(rail=Profile.rail_60e1(), cant=1 / 40)
     >>> wheelset = WheelSet(wheel=Profile.s1002())
-    >>> print(rolling_radius_difference(track, wheelset, [0.0, 1.0, 3.0, 5.0]).round(2))
-    [0.   0.61 0.94 1.45]
+    >>> print(rolling_radius_difference(track, wheelset, [1.0, 3.0, 5.0]).round(2))
+    [0.61 0.94 1.45]
     """
     checks.kind("track", track, Track)
     checks.kind("wheelset", wheelset, WheelSet)

@@ -17,6 +17,8 @@ LEAST_LOAD = 1e3
 """Load on a wheel [N] below which it is probably in kN."""
 LARGEST_LOAD = 500e3
 """Load on a wheel [N] above which it is probably in another unit."""
+SOFT = 500.0
+"""Modulus of rigidity [N/mm^2] below that of hard plastics; that of steel in GPa is 80."""
 SHORT_CURVE = 15e3
 """Radius of the tightest curve that trams run through [mm]."""
 LEAST_GAUGE = 300.0
@@ -51,6 +53,16 @@ def _load(case: OnTrack) -> str:
         return ""
     range_ = f"{LEAST_LOAD / 1e3:g} to {LARGEST_LOAD / 1e3:g} kN on each wheel"
     return f"vertical_force = {load:.4g} N: {range_} is usual; loads are in newtons"
+
+
+def _modulus(case: OnTrack) -> str:
+    """Warning for a modulus that is probably in gigapascals."""
+    G = case.bodies.combined_G
+    if G >= SOFT:
+        return ""
+    return (
+        f"bodies: G = {G:.4g} N/mm^2 is below that of metals, some 3e4 to 8e4: moduli are in N/mm^2"
+    )
 
 
 def _cant(case: OnTrack) -> str:
@@ -110,7 +122,15 @@ def _width(case: OnTrack) -> str:
     return ""
 
 
-CHECKS: tuple[Callable[[OnTrack], str], ...] = (_load, _cant, _gauge, _curve, _wheel_radius, _width)
+CHECKS: tuple[Callable[[OnTrack], str], ...] = (
+    _load,
+    _modulus,
+    _cant,
+    _gauge,
+    _curve,
+    _wheel_radius,
+    _width,
+)
 
 
 def at_tip(y: float, on_wheel: np.ndarray, wheel: Profile) -> tuple[str, ...]:
