@@ -164,6 +164,12 @@ def test_each_rail_has_its_own_place(track):
     refused(lambda: equivalent_conicity(beside, wheelset, 3.0), "track", "mirror images")
 
 
+def test_rollers_have_the_difference_of_their_rails(track):
+    rollers = replace(track, roller_radius=1000.0, roller_rate=1.0)
+    wanted = rolling_radius_difference(track, WHEELS["A"], 2.0)
+    assert rolling_radius_difference(rollers, WHEELS["A"], 2.0) == wanted
+
+
 def test_unlike_rails_have_a_difference_and_no_conicity(track):
     unlike = replace(track, left_rail=RAIL.shifted(y=0.5))
     wanted = rolling_radius_difference(track, WHEELS["A"], 1.0)

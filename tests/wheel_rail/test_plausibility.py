@@ -43,7 +43,10 @@ def on(**track):
         ),
         (replace(WHEEL, vertical_force=600e3), "vertical_force = 6e+05 N"),
         (replace(SET, vertical_force=160.0), "vertical_force = 160 N: 1 to 500 kN on each wheel"),
-        (replace(WHEEL, bodies=vc.Bodies.from_young(210.0, 0.3)), "bodies: G = 80.77 N/mm^2 is below"),
+        (
+            replace(WHEEL, bodies=vc.Bodies.from_young(210.0, 0.3)),
+            "bodies: G = 80.77 N/mm^2 is below",
+        ),
         (on(cant=-1 / 40), "track.cant = -0.025: the rails lean outwards; a positive cant"),
         (
             on(gauge=56.5),

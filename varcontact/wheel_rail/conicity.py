@@ -13,6 +13,7 @@ long a wave: ``2 e R (pi / wavelength)^2``.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -64,8 +65,10 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     checks.kind("track", track, Track)
     checks.kind("wheelset", wheelset, WheelSet)
     places = checks.numbers("y", y)
+    # the top of a roller is a rail
+    track = replace(track, roller_radius=None, roller_rate=0.0)
     right, left = (
-        np.array([_radius(track, wheelset, side, y) for y in places.flat])
+        np.array([_radius(track.of_sides[side], wheelset, side, y) for y in places.flat])
         for side in ("right", "left")
     )
     return _like(places, (right - left).reshape(places.shape))
@@ -74,7 +77,7 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
 def _radius(track: Track, wheelset: WheelSet, side: Side, y: float) -> float:
     """Radius of the wheel on a `side` where it touches first."""
     wheel = wheelset.placed(side)
-    rail = track.of_sides[side].placed(side)
+    rail = track.placed(side)
     locus = contact_locus(wheel, rail, np.eye(3), np.array([0.0, y, -wheelset.radius]))
     nearest = int(locus.gap.argmin())
     gap = np.pad(locus.gap, 1, constant_values=np.inf)

@@ -338,9 +338,8 @@ def _relative_curvature(case: WheelGeometry, point: np.ndarray, z: float) -> flo
     positive.
     """
     if not isinstance(case.rail, Curve):
-        raise SceneError(
-            "normal", "hertz", message='normal = "hertz": it is for one profile; take the other'
-        )
+        message = 'normal = "hertz": it is for one profile, and not on rollers; take the other'
+        raise SceneError("normal", "hertz", message=message)
     on_rail = case.track.on_rail(point[1:], case.side)
     on_wheel = case.on_wheel(point, case.body(z))
     curvature = float(
