@@ -91,7 +91,7 @@ def test_conic_march(rolling):
     motion = vc.Steady(vx=0.03, spin=0.03, dq=0.4 * 2 * a / 6)
     scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=vc.Grid(nx=6, ny=6))
     with pytest.raises(
-        vc.SceneError, match="the gap is not convex for elements so long"
+        vc.SceneError, match="the gap is not found to be convex for elements so long"
     ) as refusal:
         vc.solve(scene, method="conic")
     assert refusal.value.field == "formulation"
