@@ -312,6 +312,22 @@ test_a_wrong_name_is_told_the_right_one = refusals(
 )
 
 
+def test_a_profile_may_end_beside_the_contact():
+    """Here 2 and 4 mm from it, which the undeformed bodies overlap; nearer ends are refused."""
+    case = wheel(3.0, dx=0.5, dy=0.5)
+    whole = case.solve()
+    (patch,) = whole.patches
+    contact = (patch.solution.pressure > 0).any(axis=1)
+    edge = patch.patch.on_wheel[0] + patch.solution.grid.y[contact].max()
+    for beyond in (2.0, 4.0):
+        shorter = case.wheelset.profile.trimmed(y=(-80.0, edge + beyond))
+        found = replace(case, wheelset=replace(case.wheelset, wheel=shorter)).solve()
+        assert found.force == pytest.approx(whole.force, rel=1e-3)
+    shortest = case.wheelset.profile.trimmed(y=(-80.0, edge - 1.0))
+    with pytest.raises(SceneError, match="reaches the end of a profile"):
+        replace(case, wheelset=replace(case.wheelset, wheel=shortest)).solve()
+
+
 def test_a_load_that_cannot_be_met_exactly_says_so():
     with pytest.raises(NotConverged, match="no height of the axle was found that balances 80000 N"):
         wheel(2.0, dx=2.0, dy=2.0).solve(tol=1e-90)

@@ -32,6 +32,9 @@ LEAST_RISE = 1e-6
 """Least rise over these planes [mm], below which gaps count as equal."""
 BESIDE = 1e-6
 """Distance of planes from a step [mm]."""
+SHALLOW = 0.3
+"""Depth at the end of a profile, relative to the greatest, up to which the contact ends before it:
+Hertz's contacts end where it is 0.5 to 0.7."""
 PRESSING_STEPS = 20
 PRESSING_TOL = 1e-4
 """Relative tolerance of `Locus.pressing` in the search for its height."""
@@ -172,15 +175,23 @@ class Locus:
         edges = (inside[1:] != inside[:-1]).nonzero()[0].tolist()
         overlaps = []
         for first, stop in zip(edges[::2], edges[1::2], strict=True):
-            for end, beside in ((first, first - 1), (stop - 1, stop)):
-                if not 0 <= beside < self.gap.size or not np.isfinite(self.gap[beside]):
-                    reason = (
-                        f"the contact reaches the end of a profile near "
-                        f"y = {self.points[end, 1]:.4g} mm: it is too narrow or rough"
-                    )
-                    raise SceneError("z", z, message=reason)
+            self._check_ends(first, stop, z)
             overlaps.append(overlap(self, slice(first, stop), z))
         return overlaps
+
+    def _check_ends(self, first: int, stop: int, z: float) -> None:
+        """Refuse a run of circles that ends with a profile, where it is so deep that the contact
+        may reach the end.
+        """
+        deepest = z - self.gap[first:stop].min()
+        for end, beside in ((first, first - 1), (stop - 1, stop)):
+            at_end = not 0 <= beside < self.gap.size or not np.isfinite(self.gap[beside])
+            if at_end and z - self.gap[end] > SHALLOW * deepest:
+                reason = (
+                    f"the contact reaches the end of a profile near "
+                    f"y = {self.points[end, 1]:.4g} mm: it is too narrow or rough"
+                )
+                raise SceneError("z", z, message=reason)
 
 
 @dataclass(frozen=True, eq=False)
