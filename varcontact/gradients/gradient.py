@@ -208,22 +208,27 @@ class _Derivatives:
         return _by(self._adjoint(edge), path)
 
     def edge_of(self, path: str) -> EdgeName:
-        """The edge by default: following where an input moves the contact as a whole, moving for
-        distances, else held.
+        """The edge by default: following for load, surface and bodies, moving for distances, else
+        held.
+
+        Tractions of rolling and Hertz's pressure in closed form require it. A pressure that solves
+        the grid's equations does not: elements enter it with zero pressure, and its derivative with
+        held areas is that of the continuum, also of rough surfaces, whose peaks a stretched grid
+        samples elsewhere.
         """
         solution = self._solution
         if self._edge != "auto":
             _check_edge(solution, self._edge, path)
             return self._edge
-        of_a_step = isinstance(solution.scene.motion, TimeStep)
-        tractions = self._about("held").contact.moves and self._output.needs_motion
-        if of_a_step or not tractions:
+        if isinstance(solution.scene.motion, TimeStep):
             return "held"
-        if path == "distance":
+        tractions = self._about("held").contact.moves and self._output.needs_motion
+        if path == "distance" and tractions:
             _check_edge(solution, "moving", path)
             return "moving"
         moved = path in LOADS or path.startswith(("surface.", "bodies."))
-        if moved:
+        by_following = tractions or _closed_form(solution)
+        if moved and by_following and not solution.grid.periodic:
             return "following"
         return "held"
 
@@ -372,6 +377,9 @@ def _check_edge(solution: Solution, edge: EdgeName, path: str) -> None:
         raise SceneError("edge", edge, '"held" in a step of a history')
     if edge == "moving" and isinstance(motion, Steady) and motion.slip_difference != "first-order":
         allowed = '"held", or slip_difference "first-order": the other reaches over two elements'
+        raise SceneError("edge", edge, allowed)
+    if edge == "following" and solution.grid.periodic:
+        allowed = '"held" on a periodic grid: a grid that follows the contact changes the period'
         raise SceneError("edge", edge, allowed)
     given_by_elements = path == "friction" and isinstance(solution.scene.friction, np.ndarray)
     if edge == "following" and (path == "distance" or given_by_elements):
