@@ -134,3 +134,10 @@ def test_errors_need_a_period_of_larger_elements():
         solved(periodic(nx=15)).gradient("Fx", "vx", error=True)
     found = solved(periodic()).gradient("approach", "normal_force", error=True)
     assert float(found.normal_force_error) < 0.15 * float(found.normal_force)
+
+
+@pytest.mark.parametrize("name", ["surface", "surface.h", "surface.x"])
+def test_samples_are_named_by_the_distance(name):
+    samples = vc.SampledDistance(paraboloid(COARSE.x, COARSE.y))
+    with pytest.raises(SceneError, match='must be "distance": the undeformed'):
+        solved(contact(surface=samples, grid=COARSE)).gradient("Fx", name)

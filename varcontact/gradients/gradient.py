@@ -24,6 +24,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene import consistency
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import IN_WORDS
 from varcontact.system.process import one_blas_thread
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 FORCES = "Fx", "Fy"
 LOADS = "normal_force", "approach"
+SAMPLES = "surface.h", "surface.x", "surface.y"
 SIDE = 1e-4
 """Least distance between the end of a step and a side of an element, in elements, at which
 derivatives exist."""
@@ -321,17 +323,31 @@ def _check_input(solution: Solution, path: str) -> None:
         return
     if path == "friction" and isinstance(scene.friction, np.ndarray):
         return
-    if part == "motion" and entry in (*CREEPAGES, *SHIFTS):
+    if part == "surface" and isinstance(scene.surface, SampledDistance):
+        _check_samples(path)
+    if part == "motion":
+        _check_motion(solution, entry)
+    number_of(scene, path)
+
+
+def _check_samples(path: str) -> None:
+    """Refuse samples by their own name."""
+    if path in ("surface", *SAMPLES):
+        raise SceneError("by", path, '"distance": the undeformed distance of each element')
+
+
+def _check_motion(solution: Solution, entry: str) -> None:
+    """Refuse entries of the motion that follow from others, or without a derivative."""
+    scene = solution.scene
+    path = f"motion.{entry}"
+    if entry in (*CREEPAGES, *SHIFTS):
         _check_displacement(scene)
-    if part == "motion" and entry in FORCES:
+    if entry == "dq":
         number_of(scene, path)
-        return
-    if path == "motion.dq":
         _check_step(scene, solution)
     forced = {"vx": "Fx", "vy": "Fy", "ux": "Fx", "uy": "Fy"}
-    if part == "motion" and getattr(scene.motion, forced.get(entry, ""), None) is not None:
+    if getattr(scene.motion, forced.get(entry, ""), None) is not None:
         raise SceneError("by", path, f"another input: it follows from {forced[entry]}")
-    number_of(scene, path)
 
 
 def _check_step(scene: Scene, solution: Solution) -> None:
