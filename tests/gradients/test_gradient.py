@@ -442,6 +442,12 @@ def test_inputs_of_layers_have_units():
         ("creepage", "Fx", (), "by"),
         ("creepage", "Fx", 3, "by"),
         ("creepage", "Fx", "bodies.G.middle", "by"),
+        ("creepage", "Fx", "dq", "number"),
+        ("creepage", "Fx", "G", "did you mean bodies.G"),
+        ("creepage", "Fx", "Ry", "did you mean surface.Ry"),
+        ("creepage", "Fx", "bodies", "name bodies.G or bodies.nu$"),
+        ("unlike", "Fx", "bodies.G", "name bodies.G.upper or bodies.G.lower$"),
+        ("coated", "Fx", "h", "did you mean bodies.upper.layers.0.h"),
     ],
 )
 def test_what_the_scene_has_not(scene, output, by, words):
@@ -464,8 +470,11 @@ def test_solutions_without_a_gradient():
         solved(SCENES["second order"]).gradient("Fx", "distance")
     with pytest.raises(SceneError, match="moves no whole contact"):
         solved(SCENES["creepage"]).gradient("Fx", "distance", edge="following")
+    at_rest = vc.solve(contact(motion=None, friction=None))
     with pytest.raises(SceneError, match="no motion"):
-        vc.solve(contact(motion=None, friction=None)).gradient("Fx", "normal_force")
+        at_rest.gradient("Fx", "normal_force")
+    with pytest.raises(SceneError, match="input of the scene"):
+        at_rest.gradient("approach", "dq")
 
 
 def _conformal():

@@ -145,11 +145,15 @@ def _on_moved_grid(held: Adjoint, axis: int, step: float, stretched: bool) -> fl
         return carried
 
     entries: dict[str, Any] = {"grid": moved}
-    if isinstance(scene.surface, SampledDistance):
-        distance = in_place(fields.disc.distance)
-        depth = scene.surface.reference_depth
-        samples = distance.reshape(scene.surface.samples.shape)
-        entries["surface"] = SampledDistance(samples, reference_depth=depth)
+    surface = scene.surface
+    if isinstance(surface, SampledDistance):
+        if surface.x is None:
+            samples = in_place(surface.samples)
+        else:
+            samples = surface.distance(moved, beyond=max(moved.sides))
+        if grid.line:
+            samples = samples[0]
+        entries["surface"] = SampledDistance(samples, reference_depth=surface.reference_depth)
     if isinstance(scene.friction, np.ndarray):
         entries["friction"] = in_place(np.broadcast_to(scene.friction, grid.shape))
     return held.lagrangian(replace(scene, **entries), moved)

@@ -24,6 +24,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene import consistency
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import IN_WORDS
 from varcontact.system.process import one_blas_thread
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 FORCES = "Fx", "Fy"
 LOADS = "normal_force", "approach"
+SAMPLES = "surface.h", "surface.x", "surface.y"
 SIDE = 1e-4
 """Least distance between the end of a step and a side of an element, in elements, at which
 derivatives exist."""
@@ -208,22 +210,27 @@ class _Derivatives:
         return _by(self._adjoint(edge), path)
 
     def edge_of(self, path: str) -> EdgeName:
-        """The edge by default: following where an input moves the contact as a whole, moving for
-        distances, else held.
+        """The edge by default: following for load, surface and bodies, moving for distances, else
+        held.
+
+        Tractions of rolling and Hertz's pressure in closed form require it. A pressure that solves
+        the grid's equations does not: elements enter it with zero pressure, and its derivative with
+        held areas is that of the continuum, also of rough surfaces, whose peaks a stretched grid
+        samples elsewhere.
         """
         solution = self._solution
         if self._edge != "auto":
             _check_edge(solution, self._edge, path)
             return self._edge
-        of_a_step = isinstance(solution.scene.motion, TimeStep)
-        tractions = self._about("held").contact.moves and self._output.needs_motion
-        if of_a_step or not tractions:
+        if isinstance(solution.scene.motion, TimeStep):
             return "held"
-        if path == "distance":
+        tractions = self._about("held").contact.moves and self._output.needs_motion
+        if path == "distance" and tractions:
             _check_edge(solution, "moving", path)
             return "moving"
         moved = path in LOADS or path.startswith(("surface.", "bodies."))
-        if moved:
+        by_following = tractions or _closed_form(solution)
+        if moved and by_following and not solution.grid.periodic:
             return "following"
         return "held"
 
@@ -316,17 +323,31 @@ def _check_input(solution: Solution, path: str) -> None:
         return
     if path == "friction" and isinstance(scene.friction, np.ndarray):
         return
-    if part == "motion" and entry in (*CREEPAGES, *SHIFTS):
+    if part == "surface" and isinstance(scene.surface, SampledDistance):
+        _check_samples(path)
+    if part == "motion":
+        _check_motion(solution, entry)
+    number_of(scene, path)
+
+
+def _check_samples(path: str) -> None:
+    """Refuse samples by their own name."""
+    if path in ("surface", *SAMPLES):
+        raise SceneError("by", path, '"distance": the undeformed distance of each element')
+
+
+def _check_motion(solution: Solution, entry: str) -> None:
+    """Refuse entries of the motion that follow from others, or without a derivative."""
+    scene = solution.scene
+    path = f"motion.{entry}"
+    if entry in (*CREEPAGES, *SHIFTS):
         _check_displacement(scene)
-    if part == "motion" and entry in FORCES:
+    if entry == "dq":
         number_of(scene, path)
-        return
-    if path == "motion.dq":
         _check_step(scene, solution)
     forced = {"vx": "Fx", "vy": "Fy", "ux": "Fx", "uy": "Fy"}
-    if part == "motion" and getattr(scene.motion, forced.get(entry, ""), None) is not None:
+    if getattr(scene.motion, forced.get(entry, ""), None) is not None:
         raise SceneError("by", path, f"another input: it follows from {forced[entry]}")
-    number_of(scene, path)
 
 
 def _check_step(scene: Scene, solution: Solution) -> None:
@@ -372,6 +393,9 @@ def _check_edge(solution: Solution, edge: EdgeName, path: str) -> None:
         raise SceneError("edge", edge, '"held" in a step of a history')
     if edge == "moving" and isinstance(motion, Steady) and motion.slip_difference != "first-order":
         allowed = '"held", or slip_difference "first-order": the other reaches over two elements'
+        raise SceneError("edge", edge, allowed)
+    if edge == "following" and solution.grid.periodic:
+        allowed = '"held" on a periodic grid: a grid that follows the contact changes the period'
         raise SceneError("edge", edge, allowed)
     given_by_elements = path == "friction" and isinstance(solution.scene.friction, np.ndarray)
     if edge == "following" and (path == "distance" or given_by_elements):

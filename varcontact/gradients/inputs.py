@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import SceneError
+from varcontact.errors import SceneError, shortened
 from varcontact.gradients.adjoint import SceneOf
 from varcontact.gradients.contact_fields import CREEPAGES, SHIFTS
 from varcontact.scene.bodies import BodyPair
@@ -78,10 +79,25 @@ def number_of(scene: Scene, path: str) -> tuple[SceneOf, float]:
     """A function from the value of a number to the scene with it, and the value."""
     parts = path.split(".")
     value = _entry(scene, path, parts)
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not number or not np.isfinite(value):
-        raise SceneError("by", path, f"a number of the scene; it is {value!r}")
+    if not _is_number(value) or not np.isfinite(value):
+        raise SceneError("by", path, f"a number of the scene; {_instead(path, value)}")
     return partial(_with_entry, scene, parts), float(value)
+
+
+def _instead(path: str, value: Any) -> str:
+    """Paths of the numbers in an entry, or what the entry is."""
+    names: list[str] = []
+    if is_dataclass(value):
+        names = [each.name for each in fields(value) if _is_number(getattr(value, each.name))]
+    elif isinstance(value, tuple) and len(value) == 2 and all(map(_is_number, value)):
+        names = list(SIDES)
+    if names:
+        return f"name {' or '.join(f'{path}.{name}' for name in names)}"
+    return f"it is {shortened(value)}"
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _entry(scene: Scene, path: str, parts: list[str]) -> Any:
@@ -93,7 +109,9 @@ def _entry(scene: Scene, path: str, parts: list[str]) -> Any:
         if is_dataclass(owner):
             names = [each.name for each in fields(owner)]
             if part not in names:
-                raise SceneError("by", path, f"an input of the scene{checks.nearest(part, names)}")
+                elsewhere = [f" (did you mean {each}?)" for each in _paths_to(part, scene)]
+                meant = [*elsewhere, checks.nearest(part, names)][0]
+                raise SceneError("by", path, f"an input of the scene{meant}")
             owner = getattr(owner, part)
             continue
         place = _place(part)
@@ -102,6 +120,21 @@ def _entry(scene: Scene, path: str, parts: list[str]) -> Any:
         elif not (part in SIDES and isinstance(owner, int | float)):
             raise SceneError("by", path, "an input of the scene")
     return owner
+
+
+def _paths_to(name: str, owner: Any, path: tuple[str, ...] = ()) -> Iterator[str]:
+    """Paths of the numbers, or pairs of numbers, called `name` in an owner."""
+    if _stands_for_two(owner, name):
+        owner = owner.upper
+    entries: dict[str, Any] = {}
+    if is_dataclass(owner):
+        entries = {each.name: getattr(owner, each.name) for each in fields(owner)}
+    elif isinstance(owner, tuple):
+        entries = {str(place): each for place, each in enumerate(owner)}
+    for part, entry in entries.items():
+        if part == name and isinstance(entry, int | float | tuple):
+            yield ".".join((*path, part))
+        yield from _paths_to(name, entry, (*path, part))
 
 
 def _stands_for_two(owner: Any, part: str) -> bool:

@@ -22,6 +22,7 @@ def on_half_the_elements(solution: Solution) -> Solution:
     grid = solution.grid
     if isinstance(scene.motion, TimeStep):
         raise SceneError("error", True, "False: a step of a history is solved after those before")
+    _check_period(grid)
     sides: dict[str, Any] = {"nx": (grid.nx + 1) // 2, "dx": 2 * grid.sides[0]}
     if not grid.line:
         sides |= {"ny": (grid.rows + 1) // 2, "dy": 2 * grid.sides[1]}
@@ -36,6 +37,14 @@ def on_half_the_elements(solution: Solution) -> Solution:
             samples = samples[0]
         changes["surface"] = replace(scene.surface, h=samples)
     return solve(replace(scene, **changes), normal=solution.plan.normal, certify="none")
+
+
+def _check_period(grid: Grid) -> None:
+    """Refuse a period of an odd number of elements: larger ones would change it."""
+    odd_rows = grid.periodic is True and not grid.line and grid.rows % 2 == 1
+    if odd_rows or (grid.periodic and grid.nx % 2 == 1):
+        allowed = "False: the period is no whole number of elements twice as large"
+        raise SceneError("error", True, allowed)
 
 
 def output_on_half_the_elements(output: Output, grid: Grid) -> Output:

@@ -552,9 +552,11 @@ class Solution(Reported):
             its state; in rolling, by load or shape, it scatters with the grid
             by tens of per cent. "following": the grid is stretched and shifted with
             the contact, as the continuum has it. "moving": tractions that enter
-            at a moving leading edge are part of it, of like bodies. "auto":
-            "following" for load, surface and bodies, "moving" for "distance" in
-            rolling, else "held".
+            at a moving leading edge are part of it, of like bodies. "auto", for
+            outputs of tractions: "following" for load, surface and bodies,
+            "moving" for "distance" in rolling, else "held"; for outputs of the
+            pressure alone "held", but under Hertz's pressure in closed form
+            "following". On periodic grids, and of steps, "following" is refused.
         error : bool, optional
             Also an estimate of the error of each number, ``<name>_error``: the
             difference to elements twice as large, which are solved for it; of a
