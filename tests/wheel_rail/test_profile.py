@@ -217,7 +217,7 @@ def test_profiles_that_look_like_those_of_the_other_kind_are_doubted():
 ])  # fmt: skip
 def test_z_that_points_up_is_doubted(kind, y, z):
     with pytest.warns(
-        DoubtfulProfile, match=f"the {kind}'s profile looks upside down: .* mirror_z=True"
+        DoubtfulProfile, match=f"the {kind}'s profile looks upside down: .* mirror_z"
     ):
         found = Profile(y=y, z=z, kind=kind)
     assert found.z == pytest.approx(z)
@@ -456,7 +456,7 @@ def test_a_kink_is_found_all_the_same():
 
 def test_a_wheel_cut_at_the_tip_of_its_flange_tells_which_way_it_lies():
     assert Profile(y=FINE_WHEEL.y[TIP:], z=FINE_WHEEL.z[TIP:], kind="wheel").running.s.size > 100
-    with pytest.warns(DoubtfulProfile, match="the wheel's flange is at y = .* mirror_y=True"):
+    with pytest.warns(DoubtfulProfile, match="the wheel's flange is at y = .* mirror_y"):
         Profile(y=-FINE_WHEEL.y[TIP:], z=FINE_WHEEL.z[TIP:], kind="wheel")
 
 

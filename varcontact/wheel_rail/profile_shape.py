@@ -149,7 +149,7 @@ def doubt_of(points: np.ndarray, kind: Kind) -> str:
     if _upside_down(y, z, kind):
         return (
             f"the {kind}'s profile looks upside down: z points down; "
-            "read a file with z up with mirror_z=True"
+            "change the sign of z, or read the file with the other mirror_z (True or False)"
         )
     if kind == "rail" and (parts := _parts(y, z))[1:]:
         (first, last), (left, right) = parts[:2]
@@ -161,7 +161,7 @@ def doubt_of(points: np.ndarray, kind: Kind) -> str:
     if kind == "wheel" and flange(y, z) > 0:
         return (
             f"the wheel's flange is at y = {y[z.argmax()]:.4g} mm, the outside: "
-            "change the sign of y, or give mirror_y=True"
+            'change the sign of y, or read the file with mirror_y="auto"'
         )
     return ""
 
@@ -180,14 +180,20 @@ def _parts(y: np.ndarray, z: np.ndarray) -> list[tuple[float, float]]:
 
 
 def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
-    """True if the z of a file is to change its sign, unless the file states its direction."""
-    points, kind, says_z = read_points(path, kind)
+    """`mirrors_z` of a file."""
+    points, kind, z_up = read_points(path, kind)
     y, z = scale * points.T
-    return not says_z and guess_mirror(y, z, kind, path)
+    return mirrors_z(y, z, kind, path, z_up)
 
 
-def guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) -> bool:
-    """True if the z of a file's points is to change its sign; a warning gives the reason."""
+def mirrors_z(
+    y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path, z_up: bool | None
+) -> bool:
+    """True if the z of a file's points is to change its sign: where the file says that it points
+    up, or by a guess where it says nothing, of which a warning gives the reason.
+    """
+    if z_up is not None:
+        return z_up
     file = Path(path)
     suffix = file.suffix.lower()
     if kind == "rail" and suffix in Z_UP:
@@ -311,7 +317,7 @@ def exchanged_sides(y: np.ndarray, z: np.ndarray) -> str:
         return ""
     return (
         f"track.rail: the profile {words}, so its gauge side is probably on the wrong side: "
-        "change the sign of y, or read the file with mirror_y=True"
+        "change the sign of y, or read the file with the other mirror_y (True or False)"
     )
 
 
