@@ -25,6 +25,8 @@ from varcontact.wheel_rail.profile_files import (
 )
 from varcontact.wheel_rail.profile_fit import fitted, normal_distances, outlying, turning
 from varcontact.wheel_rail.profile_shape import (
+    TOGETHER,
+    begun_opposite,
     check_shape,
     direction,
     doubt_of,
@@ -45,9 +47,6 @@ KINK_BESIDE = 1 / 3
 """Largest change of direction at the points beside a kink, divided by that at the kink."""
 KINK_BY_MEDIAN = 8.0
 """Least change of direction at a kink, divided by the median of that at all points."""
-TOGETHER = 0.02
-"""Spacing relative to the usual one below which a point is left out: its direction would be
-rounding."""
 LOST = 1.0
 """Height of a wheel's flange that may be missing in the part that can touch [mm]."""
 
@@ -119,6 +118,7 @@ class Profile(checks.Checked):
             )
         points = np.stack([y, z], axis=1)
         if len(points) >= FEWEST:  # from the track side, without points that lie on each other
+            points = begun_opposite(points, self.kind)
             points = points[:: direction(points, self.kind)]
             steps = np.hypot(*np.diff(points, axis=0).T)
             points = points[np.append(True, steps > TOGETHER * np.median(steps))]

@@ -46,6 +46,9 @@ half a circle, it is at most 0.6."""
 OUTWARDS = 1 / 80
 """Slope to the field side above which the sides of a rail are probably exchanged; 1:20 and 1:40 to
 the track side are usual."""
+TOGETHER = 0.02
+"""Spacing relative to the usual one below which two points lie on each other: their direction would
+be rounding."""
 BESIDE = 50
 """Divisor for the number of points on either side of a rail's top, or a wheel's lowest point, that
 show the order of points; at least three are used."""
@@ -128,12 +131,42 @@ def direction(points: np.ndarray, kind: Kind) -> int:
     y, z = points.T
     first = 0
     last = y.size - 1
-    if abs(y[-1] - y[0]) <= np.ptp(y) / 2:
+    if _ends_meet(y):
         touched = int(z.argmin() if kind == "rail" else z.argmax())
         beside = max(3, y.size // BESIDE)
         first = max(touched - beside, 0)
         last = min(touched + beside, y.size - 1)
     return 1 if y[first] < y[last] else -1
+
+
+def _ends_meet(y: np.ndarray) -> bool:
+    """True for an outline that comes back to the side where it begins."""
+    return bool(abs(y[-1] - y[0]) <= np.ptp(y) / 2)
+
+
+def begun_opposite(points: np.ndarray, kind: Kind) -> np.ndarray:
+    """A closed outline, last point = first, begun at the point farthest from what is touched;
+    others as they are.
+    """
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    if np.hypot(*(points[-1] - points[0])) > TOGETHER * np.median(steps):
+        return points
+    z = points[:-1, 1]
+    start = int(z.argmax() if kind == "rail" else z.argmin())
+    around = np.roll(points[:-1], -start, axis=0)
+    return np.concatenate([around, around[:1]])
+
+
+def _lower_half(y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """The part of an outline whose ends meet, from its least y to its greatest, that has the
+    greater z: what is touched of a wheel; (y, z), shape (2, n).
+    """
+    first, last = (np.lexsort([-z, sign * y])[0] for sign in (1, -1))
+    points = np.roll([y, z], -first, axis=1)
+    count = (last - first) % y.size
+    one = points[:, : count + 1]
+    other = np.roll(points, -1, axis=1)[:, count - 1 :][:, ::-1]
+    return max(one, other, key=lambda part: float(part[1].mean()))
 
 
 def doubt_of(points: np.ndarray, kind: Kind) -> str:
@@ -237,6 +270,8 @@ def _hollow(z: np.ndarray) -> bool:
 
 def flange(y: np.ndarray, z: np.ndarray) -> float:
     """Side of a wheel's flange: -1 at the lesser y, 1 at the greater, 0 if it has none."""
+    if _ends_meet(y):
+        y, z = _lower_half(y, z)
     at = int(z.argmax())
     middle = (y.min() + y.max()) / 2
     width = y.max() - y.min()
