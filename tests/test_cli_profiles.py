@@ -71,6 +71,20 @@ def test_units_kinds_and_one_file(folder):
     assert row["points"] is None and 'kind is missing: "rail" or "wheel"' in row["refused"]
 
 
+def test_rails_with_exchanged_sides_are_doubted(tmp_path):
+    """Those that solving warns of; a rail inclined to the track side by 1:20 is right."""
+    rail = Profile.rail_60e1(step=1.0)
+    rail.rotated(-0.05).save(tmp_path / "right.csv")
+    rail.rotated(0.05).save(tmp_path / "wrong.csv")
+    right, wrong = json.loads(
+        run("profiles", ".", "--kind", "rail", "--json", folder=tmp_path).stdout
+    )
+    assert right["doubts"] == []
+    (doubt,) = wrong["doubts"]
+    assert doubt.startswith("the profile leans to the field side by 1:2")
+    assert "mirror_y" in doubt
+
+
 def test_a_folder_without_profiles_is_refused(folder):
     (folder / "empty").mkdir()
     assert_bad_input(run("profiles", "empty", folder=folder), "a folder with profiles")

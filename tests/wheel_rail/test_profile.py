@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
 from tests.wheel_rail.conditions import wheel as on_track
-from varcontact.wheel_rail import DoubtfulProfile, Profile, Track, WheelSet
+from varcontact.wheel_rail import DoubtfulProfile, Profile, Track, WheelSet, flange_dimensions
 from varcontact.wheel_rail.profile_shape import crossed, flange
 
 PROFILES = DATA / "profiles"
@@ -217,7 +217,7 @@ def test_profiles_that_look_like_those_of_the_other_kind_are_doubted():
 ])  # fmt: skip
 def test_z_that_points_up_is_doubted(kind, y, z):
     with pytest.warns(
-        DoubtfulProfile, match=f"the {kind}'s profile looks upside down: .* mirror_z=True"
+        DoubtfulProfile, match=f"the {kind}'s profile looks upside down: .* mirror_z"
     ):
         found = Profile(y=y, z=z, kind=kind)
     assert found.z == pytest.approx(z)
@@ -456,7 +456,7 @@ def test_a_kink_is_found_all_the_same():
 
 def test_a_wheel_cut_at_the_tip_of_its_flange_tells_which_way_it_lies():
     assert Profile(y=FINE_WHEEL.y[TIP:], z=FINE_WHEEL.z[TIP:], kind="wheel").running.s.size > 100
-    with pytest.warns(DoubtfulProfile, match="the wheel's flange is at y = .* mirror_y=True"):
+    with pytest.warns(DoubtfulProfile, match="the wheel's flange is at y = .* mirror_y"):
         Profile(y=-FINE_WHEEL.y[TIP:], z=FINE_WHEEL.z[TIP:], kind="wheel")
 
 
@@ -479,6 +479,62 @@ def test_a_closed_contour_runs_either_way():
     assert one.y == pytest.approx(other.y) and one.z == pytest.approx(other.z)
     placed = Track(rail=other).placed("right")
     assert np.ptp(placed.points(placed.s)[:, 0]) > 70.0
+
+
+def tyre(bottom=-60.0):
+    """The closed outline of a tyre without its last point, long straight sides without points."""
+    wheel = Profile.s1002(step=0.5)
+    below = [[60.0, bottom], [-70.0, bottom]]
+    return np.concatenate([np.stack([wheel.y, wheel.z], axis=1), below])
+
+
+@pytest.mark.parametrize("begin", [0, 30, 60, 150, -1])
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_flange_of_a_closed_wheel_is_found(begin, side, order, tmp_path):
+    """Wherever the outline begins, on the flange or on the tread too, either way round, with z up
+    too.
+    """
+    around = np.roll(tyre(), -begin, axis=0)
+    points = np.concatenate([around, around[:1]])[::order] * [side, 1]
+    assert flange(*points.T) == -side
+    assert flange(*(points * [1, -1]).T) == 0
+    for sign in (1, -1):
+        np.savetxt(tmp_path / "tyre.csv", points * [1, sign], delimiter=",")
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            wheel = Profile.read(tmp_path / "tyre.csv", "wheel")
+        words = [str(each.message) for each in caught]
+        assert len(words) == (sign < 0) and all(
+            "the sign of z is changed" in each for each in words
+        )
+        assert wheel.z_at([-50.0, 0.0, 50.0]) == pytest.approx(
+            FINE_WHEEL.z_at([-50.0, 0.0, 50.0]), abs=1e-3
+        )
+        found = flange_dimensions(wheel)
+        expected = flange_dimensions(FINE_WHEEL)
+        assert found.height == pytest.approx(expected.height, abs=1e-3)
+        assert found.thickness == pytest.approx(expected.thickness, abs=1e-3)
+        assert found.qR == pytest.approx(expected.qR, abs=0.01)
+
+
+def test_closed_rollers_have_no_flange():
+    for slope in (0.0, 0.05):
+        y = np.linspace(-60.0, 60.0, 121)
+        tread = np.stack([y, slope * y], axis=1)
+        points = np.concatenate([tread, [[60.0, -80.0], [-60.0, -80.0]], tread[:1]])
+        for signs in ([1, 1], [-1, 1], [1, -1]):
+            assert flange(*(points * signs).T) == 0
+
+
+@pytest.mark.parametrize("begin", [0, 100, 300, -1])
+def test_a_closed_rail_may_begin_on_its_head(begin):
+    below = [[9, 50], [9, 140], [75, 160], [75, 172], [-75, 172], [-75, 160], [-9, 140], [-9, 50]]
+    head = np.stack([FINE_RAIL.y, FINE_RAIL.z], axis=1)
+    around = np.roll(np.concatenate([head, below]), -begin, axis=0)
+    rail = Profile(y=[*around[:, 0], around[0, 0]], z=[*around[:, 1], around[0, 1]], kind="rail")
+    at = np.linspace(-30.0, 30.0, 13)
+    assert rail.z_at(at) == pytest.approx(FINE_RAIL.z_at(at), abs=1e-4)
 
 
 LOOP = np.array(

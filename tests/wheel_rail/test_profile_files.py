@@ -223,6 +223,52 @@ def test_rails_of_miniprof_have_z_up_unless_that_makes_them_hollow(tmp_path):
         )
 
 
+CROWN_POINTS = RAIL_POINTS[np.abs(RAIL.y + 7.5) < 20.0]
+CROWN = Profile(y=CROWN_POINTS[:, 0], z=CROWN_POINTS[:, 1], kind="rail")
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "words", ["# y, z up", "! y and z up [mm]", "% Z UP, y out", "# z down.csv (z up): rail"]
+)
+def test_words_of_a_file_give_the_direction_of_z(tmp_path, words):
+    """Of a crown, whose shape does not tell it; the caller rules, and nothing turns it twice."""
+    up = written(
+        tmp_path / "crown.csv", words + "\n" + rows(CROWN_POINTS * [1, -1], "{:.6f},{:.6f}")
+    )
+    same(Profile.read(up, "rail"), CROWN)
+    same(Profile.read(up, "rail", mirror_z=True), CROWN)
+    assert Profile.read(up, "rail", mirror_z=False).z == pytest.approx(-CROWN.z, abs=2e-6)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "words", ["z up to 8 mm", "z up 8 mm", "z up.csv: y, z down", "z up, once; now z down"]
+)
+def test_other_words_do_not_turn_z(tmp_path, words):
+    path = written(tmp_path / "crown.csv", f"# {words}\n" + rows(CROWN_POINTS, "{:.6f},{:.6f}"))
+    for mirror_z in (None, False):
+        same(Profile.read(path, "rail", mirror_z=mirror_z), CROWN)
+
+
+@pytest.mark.filterwarnings("error")
+def test_words_do_not_turn_z_on_top_of_a_header(tmp_path):
+    """What SIMPACK's header mirrors is the profile; mirror_z=True mirrors that."""
+    text = simpack(CROWN_POINTS * [1, -1], more="  mirror.z = 1\n").replace(
+        "a profile", "scan, z up"
+    )
+    path = written(tmp_path / "crown.prr", text)
+    for mirror_z in (None, False):
+        same(Profile.read(path, mirror_z=mirror_z), CROWN)
+    assert Profile.read(path, mirror_z=True).z == pytest.approx(-CROWN.z, abs=2e-6)
+
+
+def test_a_profile_upside_down_is_not_advised_what_was_given(tmp_path):
+    path = written(tmp_path / "rail.csv", rows(RAIL_POINTS))
+    with pytest.warns(DoubtfulProfile, match="looks upside down: .* the other mirror_z"):
+        Profile.read(path, "rail", mirror_z=True)
+
+
 def test_simpack_takes_remarks(tmp_path):
     """A point taken out by hand, and a remark behind one."""
     lines = rows(RAIL_POINTS).splitlines()
@@ -315,6 +361,9 @@ def test_named_pipes_and_devices_are_refused(tmp_path, suffix):
     ("rail.csv", "y,z\n1,5,2,5\n", "rail", "path", "rail.csv, line 2: .* not '1,5,2,5'"),
     ("rail.csv", "x,y,z\n3,1,2\n", "rail", "path", "rail.csv, line 2: .* not '3,1,2'"),
     ("rail.csv", "nan,nan\n1,2\n", "rail", "path", "rail.csv, line 1: .* not 'nan,nan'"),
+    ("rail.csv", "y;z;n\n1,5;2;\n1,5;;2\n", "rail", "path", "rail.csv, line 3: .* not '1,5;;2'"),
+    ("rail.csv", "y,z,n\n1,,2\n", "rail", "path", "rail.csv, line 2: .* not '1,,2'"),
+    ("rail.csv", "1,2,good\n3,4,5\n", "rail", "path", "rail.csv, line 2: .* not '3,4,5'"),
     ("rail.ban", "1 2\n3 four\n", None, "path", "rail.ban, line 2: .* not '3 four'"),
     ("rail.prr", "units.len.f = 0\n", None, "path", "line 1: units.len.f must be a positive number, not '0'"),
     ("rail.prr", "shift.y = 0,5,1\n", None, "path", "line 1: shift.y must be a number, not '0,5,1'"),
@@ -331,6 +380,60 @@ def test_what_is_no_profile_is_refused(tmp_path, name, text, kind, field, words)
 def test_a_heading_may_name_z_before_y(tmp_path, heading):
     text = heading + "\n" + rows(RAIL_POINTS[:, ::-1], "{:.6f},{:.6f}")
     same(Profile.read(written(tmp_path / "rail.csv", text), "rail"), RAIL)
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "z down, y to the field side",
+        "height z over y",
+        "height z over y\ny z",
+        "z y\ny [mm] z [mm]",
+        "scan of the z y plane",
+    ],
+)
+def test_prose_does_not_order_columns(tmp_path, heading):
+    text = heading + "\n" + rows(RAIL_POINTS)
+    same(Profile.read(written(tmp_path / "rail.csv", text), "rail"), RAIL)
+
+
+@pytest.mark.parametrize(
+    "heading", ["z [mm]\ty [mm]\n[mm]\t[mm]", "z_mm y_mm", "y over z\nZ,Y,flag"]
+)
+def test_the_last_list_of_names_orders_columns(tmp_path, heading):
+    text = heading + "\n" + rows(RAIL_POINTS[:, ::-1])
+    same(Profile.read(written(tmp_path / "rail.csv", text), "rail"), RAIL)
+
+
+@pytest.mark.parametrize("flagged", [range(20), [100], [0, 200]])
+@pytest.mark.parametrize("flag", ["x", "dent 3", "n/a"])
+def test_points_with_words_behind_them_are_read(tmp_path, flagged, flag):
+    """The first ones were left out as headings, those further on were refused."""
+    lines = rows(RAIL_POINTS, "{:.6f};{:.6f};").splitlines()
+    lines = [line + flag if k in flagged else line for k, line in enumerate(lines)]
+    for text in ("y;z;flag\n" + "\n".join(lines), "\n".join(lines)):
+        same(Profile.read(written(tmp_path / "rail.csv", text), "rail"), RAIL)
+
+
+@pytest.mark.parametrize("empty", [";", ",", ";;", " ; ", '"","'])
+def test_lines_of_separators_alone_are_empty(tmp_path, empty):
+    text = f"{empty}\ny;z\n" + rows(RAIL_POINTS, "{:.6f};{:.6f}") + f"\n{empty}\n{empty}\n"
+    same(Profile.read(written(tmp_path / "rail.csv", text), "rail"), RAIL)
+
+
+@pytest.mark.parametrize("form", ['"{}","{}"', "{}, {}", "{} , {}", ' "{}" ;"{}"'])
+def test_decimal_commas_between_commas(tmp_path, form):
+    text = "y, z\n" + "\n".join(
+        form.format(*(f"{value:.6f}".replace(".", ",") for value in point)) for point in RAIL_POINTS
+    )
+    same(Profile.read(written(tmp_path / "rail.csv", text), "rail"), RAIL)
+
+
+def test_numbers_are_quoted_only_where_they_have_a_decimal_comma(tmp_path):
+    lines = [f'{n},"{n * n},5"' for n in range(-12, 13)]
+    found = Profile.read(written(tmp_path / "rail.csv", "\n".join(lines)), "rail")
+    assert found.y == pytest.approx(np.arange(-12.0, 13.0))
+    assert found.z == pytest.approx(np.arange(-12.0, 13.0) ** 2 + 0.5)
 
 
 def test_both_rails_in_one_file_and_micrometres_are_refused(tmp_path):

@@ -77,7 +77,8 @@ def _row(file: Path, name: str, kind: str | None, scale: float) -> dict[str, Any
             row.update(_sizes(file, kind, scale))
         except VarcontactError as error:
             row["refused"] = str(error)
-    row["doubts"] = list(dict.fromkeys(str(each.message) for each in caught))
+    doubts = dict.fromkeys(str(each.message).removeprefix("track.rail: ") for each in caught)
+    row["doubts"] = list(doubts)
     return row
 
 
@@ -85,6 +86,7 @@ def _sizes(file: Path, kind: Any, scale: float) -> dict[str, Any]:
     """Kind, points and sizes of a profile, or of the first of a file of slices."""
     from varcontact.wheel_rail import Profile, ProfileSlices
     from varcontact.wheel_rail.profile_files import KIND_OF
+    from varcontact.wheel_rail.profile_shape import check_sides
     from varcontact.wheel_rail.slices import SLICES
 
     suffix = file.suffix.lower()
@@ -97,6 +99,8 @@ def _sizes(file: Path, kind: Any, scale: float) -> dict[str, Any]:
     else:
         profile = Profile.read(file, KIND_OF.get(suffix, kind), scale=scale)
         points = str(profile.y.size)
+    if profile.kind == "rail":
+        check_sides(profile)
     touched = profile.running.points(profile.running.s)[:, 0]
     ends = [(each.min(), each.max()) for each in (profile.y, profile.z, touched)]
     sizes = [round(float(value), 4) + 0.0 for pair in ends for value in pair]

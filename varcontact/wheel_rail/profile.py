@@ -25,12 +25,14 @@ from varcontact.wheel_rail.profile_files import (
 )
 from varcontact.wheel_rail.profile_fit import fitted, normal_distances, outlying, turning
 from varcontact.wheel_rail.profile_shape import (
+    TOGETHER,
+    begun_opposite,
     check_shape,
     direction,
     doubt_of,
     exchanged_sides,
     flange,
-    guess_mirror,
+    mirrors_z,
 )
 from varcontact.wheel_rail.profile_writers import endings_of, written
 
@@ -45,9 +47,6 @@ KINK_BESIDE = 1 / 3
 """Largest change of direction at the points beside a kink, divided by that at the kink."""
 KINK_BY_MEDIAN = 8.0
 """Least change of direction at a kink, divided by the median of that at all points."""
-TOGETHER = 0.02
-"""Spacing relative to the usual one below which a point is left out: its direction would be
-rounding."""
 LOST = 1.0
 """Height of a wheel's flange that may be missing in the part that can touch [mm]."""
 
@@ -119,6 +118,7 @@ class Profile(checks.Checked):
             )
         points = np.stack([y, z], axis=1)
         if len(points) >= FEWEST:  # from the track side, without points that lie on each other
+            points = begun_opposite(points, self.kind)
             points = points[:: direction(points, self.kind)]
             steps = np.hypot(*np.diff(points, axis=0).T)
             points = points[np.append(True, steps > TOGETHER * np.median(steps))]
@@ -179,10 +179,10 @@ class Profile(checks.Checked):
         Parameters
         ----------
         path : str or Path
-            Two columns, y and z, or three with a number of the point before
-            them (`.txt`, `.csv`, `.dat`), SIMPACK (`.prr` of rails, `.prw` of
-            wheels) or MiniProf (`.ban` of rails, `.whl` of wheels, `.mpt` with
-            one profile).
+            Two columns, y and z, with a number of the point before them or
+            words behind them (`.txt`, `.csv`, `.dat`), SIMPACK (`.prr` of
+            rails, `.prw` of wheels) or MiniProf (`.ban` of rails, `.whl` of
+            wheels, `.mpt` with one profile).
         kind : {"rail", "wheel"}, optional
             Needed for columns and `.mpt`; the other formats show it by their
             suffix.
@@ -191,11 +191,14 @@ class Profile(checks.Checked):
             at positive y; never of rails: solving warns of those that lean to
             the field side, and the picture names the track side.
         mirror_z : bool, optional
-            Whether z changes its sign, for files with z up. If neither it nor
-            the file (``mirror.z`` of SIMPACK) says so, it is guessed, with a
-            warning where it is changed: MiniProf's rails have z up unless that
-            makes them hollow; others have it if they look upside down, as a
-            head that is flat at its lowest point.
+            Whether z changes its sign: True for files with z up. The header of
+            SIMPACK, with its ``mirror.z``, is applied before. By default the
+            file decides: ``mirror.z`` is all that is needed, and the words "z
+            up" or "z down", such as "y, z up [mm]", say what z is. A file that
+            says neither is guessed, with a warning where z is changed:
+            MiniProf's rails have z up unless that makes them hollow; others
+            have it if they look upside down, as a head that is flat at its
+            lowest point.
         scale : float
             Millimetres by the file's unit of length, on top of what its header
             says.
@@ -218,10 +221,10 @@ class Profile(checks.Checked):
             mirror_z = checks.flag("mirror_z", mirror_z)
         if mirror_y != "auto" and not isinstance(mirror_y, (bool, np.bool_)):
             raise SceneError("mirror_y", mirror_y, '"auto", true or false')
-        points, kind, says_z = read_points(path, kind)
+        points, kind, z_up = read_points(path, kind)
         y, z = checks.positive("scale", scale) * points.T
         if mirror_z is None:
-            mirror_z = not says_z and guess_mirror(y, z, kind, path)
+            mirror_z = mirrors_z(y, z, kind, path, z_up)
         if mirror_z:
             z = -z
         if mirror_y == "auto":

@@ -12,6 +12,7 @@ import tomllib
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable
 from importlib.resources import files
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any, Literal, cast
 
@@ -35,16 +36,21 @@ KIND_OF: dict[str, Kind] = {".prr": "rail", ".prw": "wheel", ".ban": "rail", ".w
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?$")
 WITH_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eEdD][-+]?\d+)?$")
 SECTION = re.compile(r"\[Profile\d+Points\]$", re.IGNORECASE)
-SAYS_Z = re.compile(r"\bz down\b|^\s*mirror\.z\s*=", re.MULTILINE)
-"""Pattern of files with a stated direction of z: of varcontact, and with SIMPACK's header."""
-SAYS_Z_UP = re.compile(r"\bz up\b")
-"""Pattern of MiniProf files written by varcontact, with z up."""
+MIRROR_Z = re.compile(r"^\s*mirror\.z\s*=", re.MULTILINE)
+"""Keyword of SIMPACK's header that states the direction of z: `_changed` follows it."""
+DIRECTION_OF_Z = re.compile(r"\bz (up|down)\b(?!\.?\w|[ \t]+\w)", re.IGNORECASE)
+"""Statement of the direction of z, at the end of a phrase: "z up to 8 mm" is none."""
 POINT_COUNT = re.compile(r"^[ \t]*XYPoints[ \t]*=[ \t]*(\d{1,9})\b", re.MULTILINE)
 """Pattern of the number of points in MiniProf's header."""
 COUNTED = 0.95
 """Part of the announced points below which a file is probably truncated; files in use have 0.96 and
 more."""
-COLUMN_NAMES = re.compile(r"\b[yz]\b", re.IGNORECASE)
+UNIT = re.compile(r"\[.*?\]|\(.*?\)|_mm\b")
+"""Units behind the names of columns."""
+QUOTED_COMMA = re.compile(r'"\s*([-+]?\d+),(\d+)\s*"')
+"""A number with a decimal comma, in quotes because commas separate the columns."""
+NO_SECOND = re.compile(r"[^;\s]+\s*;\s*;|[^,\s]+\s*,\s*,")
+"""A line whose second column is empty."""
 NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
 CHANGES = {
     **dict.fromkeys(("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z"), 0.0),
@@ -55,9 +61,9 @@ CHANGES = {
 """Keywords of SIMPACK's header that change its points, with their default values."""
 
 
-def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, bool]:
+def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, bool | None]:
     """Points (y, z) of a profile, shape (n, 2), in mm by the file's header; its kind; True if it
-    says what z is.
+    says that their z points up, False if down, None if it says neither.
     """
     file = checks.file_name("path", path)
     suffix = file.suffix.lower()
@@ -88,9 +94,19 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, b
             "the file is probably cut off"
         )
         warn(words, DoubtfulProfile)
-    if SAYS_Z_UP.search(text):
-        return np.array(points) * [1.0, -1.0], kind, True
-    return np.array(points), kind, SAYS_Z.search(text) is not None
+    return np.array(points), kind, _z_up(text)
+
+
+def _z_up(text: str) -> bool | None:
+    """What a file says of z: the keyword of SIMPACK, or its last statement in words, which follows
+    the profile's name in files of varcontact.
+    """
+    if MIRROR_Z.search(text):
+        return False
+    statements = DIRECTION_OF_Z.findall(text)
+    if not statements:
+        return None
+    return bool(statements[-1].lower() == "up")
 
 
 def _text_of(file: Path) -> str:
@@ -109,10 +125,13 @@ def _text_of(file: Path) -> str:
 
 
 def _words(line: str) -> list[str]:
-    """The words of a line. Commas separate them, unless blanks or semicolons do and the commas are
-    decimal.
+    """The words of a line. Commas separate them, unless blanks, semicolons or commas with blanks do
+    and the others are decimal.
     """
     line = line.replace("\N{MINUS SIGN}", "-")
+    spaced = re.split(r"\s*,\s+", line.strip().strip(";,"))
+    if len(spaced) > 1 and all(WITH_COMMA.match(word) for word in spaced):
+        return [word.replace(",", ".") for word in spaced]
     words = re.split(r"[;\s]+", line.strip().strip(";"))
     decimal = [WITH_COMMA.match(word) is not None for word in words]
     if len(words) > 1 and "." not in line and any(decimal):
@@ -126,9 +145,16 @@ def _words(line: str) -> list[str]:
 def _numbers(line: str) -> list[float] | None:
     """The numbers of a line, or None where it has anything else."""
     words = _words(line)
-    if not all(NUMBER.match(word) for word in words):
+    numbers = _leading_numbers(words)
+    if len(numbers) < len(words):
         return None
-    return [float(word.translate(str.maketrans("dD", "ee"))) for word in words]
+    return numbers
+
+
+def _leading_numbers(words: list[str]) -> list[float]:
+    """The numbers before the first word that is none."""
+    numbers = takewhile(NUMBER.match, words)
+    return [float(word.translate(str.maketrans("dD", "ee"))) for word in numbers]
 
 
 def _not_a_point(name: str, number: int, text: str) -> SceneError:
@@ -143,29 +169,43 @@ def _columns(name: str, lines: list[str]) -> list[list[float]]:
     """Two columns below lines with words, which are headings, or three, the first of which counts
     the points. Headings may name z before y.
 
-    Remarks begin with a comment mark.
+    Remarks are words behind the numbers, and all that follows a comment mark.
     """
     points: list[list[float]] = []
-    z_first = False
+    headings: list[str] = []
     first = None  # the number of the first point, where points are counted
     for number, line in enumerate(lines, 1):
-        text = re.split("[!#%]", line)[0].replace('"', " ").strip()
-        if not text:
+        text = QUOTED_COMMA.sub(r" \1.\2 ", re.split("[!#%]", line)[0]).replace('"', " ").strip()
+        if not text.strip(";, \t"):
             continue
-        values = _numbers(text) or [math.nan]
+        values = _leading_numbers(_words(text)) or [math.nan]
         if len(values) == 3 and not points and values[0] in (0, 1):
             first = values[0]
         if first is not None and values[0] == first + len(points):
             values = values[1:]
-        if len(values) == 2:
+        if len(values) == 2 and not NO_SECOND.match(text):
             points.append(values)
         elif points or not _is_heading(text):
             raise _not_a_point(name, number, line.strip())
-        elif COLUMN_NAMES.findall(text) in (["z", "y"], ["Z", "Y"]):
-            z_first = True
-    if z_first:
+        else:
+            headings.append(text)
+    if _z_first(headings):
         return [[y, z] for z, y in points]
     return points
+
+
+def _z_first(headings: list[str]) -> bool:
+    """True if the last heading that is a list of names of columns has z before y, each of them
+    among the first three.
+    """
+    for text in reversed(headings):
+        names = re.split(r"\s*[,;\t]\s*", UNIT.sub("", text).strip().lower())
+        if len(names) == 1:
+            names = names[0].split()
+        for pair in pairwise(names[:3]):
+            if sorted(pair) == ["y", "z"]:
+                return pair == ("z", "y")
+    return False
 
 
 def _is_heading(text: str) -> bool:

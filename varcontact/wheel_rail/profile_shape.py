@@ -46,6 +46,9 @@ half a circle, it is at most 0.6."""
 OUTWARDS = 1 / 80
 """Slope to the field side above which the sides of a rail are probably exchanged; 1:20 and 1:40 to
 the track side are usual."""
+TOGETHER = 0.02
+"""Spacing relative to the usual one below which two points lie on each other: their direction would
+be rounding."""
 BESIDE = 50
 """Divisor for the number of points on either side of a rail's top, or a wheel's lowest point, that
 show the order of points; at least three are used."""
@@ -128,12 +131,42 @@ def direction(points: np.ndarray, kind: Kind) -> int:
     y, z = points.T
     first = 0
     last = y.size - 1
-    if abs(y[-1] - y[0]) <= np.ptp(y) / 2:
+    if _ends_meet(y):
         touched = int(z.argmin() if kind == "rail" else z.argmax())
         beside = max(3, y.size // BESIDE)
         first = max(touched - beside, 0)
         last = min(touched + beside, y.size - 1)
     return 1 if y[first] < y[last] else -1
+
+
+def _ends_meet(y: np.ndarray) -> bool:
+    """True for an outline that comes back to the side where it begins."""
+    return bool(abs(y[-1] - y[0]) <= np.ptp(y) / 2)
+
+
+def begun_opposite(points: np.ndarray, kind: Kind) -> np.ndarray:
+    """A closed outline, last point = first, begun at the point farthest from what is touched;
+    others as they are.
+    """
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    if np.hypot(*(points[-1] - points[0])) > TOGETHER * np.median(steps):
+        return points
+    z = points[:-1, 1]
+    start = int(z.argmax() if kind == "rail" else z.argmin())
+    around = np.roll(points[:-1], -start, axis=0)
+    return np.concatenate([around, around[:1]])
+
+
+def _lower_half(y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """The part of an outline whose ends meet, from its least y to its greatest, that has the
+    greater z: what is touched of a wheel; (y, z), shape (2, n).
+    """
+    first, last = (np.lexsort([-z, sign * y])[0] for sign in (1, -1))
+    points = np.roll([y, z], -first, axis=1)
+    count = (last - first) % y.size
+    one = points[:, : count + 1]
+    other = np.roll(points, -1, axis=1)[:, count - 1 :][:, ::-1]
+    return max(one, other, key=lambda part: float(part[1].mean()))
 
 
 def doubt_of(points: np.ndarray, kind: Kind) -> str:
@@ -149,7 +182,7 @@ def doubt_of(points: np.ndarray, kind: Kind) -> str:
     if _upside_down(y, z, kind):
         return (
             f"the {kind}'s profile looks upside down: z points down; "
-            "read a file with z up with mirror_z=True"
+            "change the sign of z, or read the file with the other mirror_z (True or False)"
         )
     if kind == "rail" and (parts := _parts(y, z))[1:]:
         (first, last), (left, right) = parts[:2]
@@ -161,7 +194,7 @@ def doubt_of(points: np.ndarray, kind: Kind) -> str:
     if kind == "wheel" and flange(y, z) > 0:
         return (
             f"the wheel's flange is at y = {y[z.argmax()]:.4g} mm, the outside: "
-            "change the sign of y, or give mirror_y=True"
+            'change the sign of y, or read the file with mirror_y="auto"'
         )
     return ""
 
@@ -180,14 +213,20 @@ def _parts(y: np.ndarray, z: np.ndarray) -> list[tuple[float, float]]:
 
 
 def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
-    """True if the z of a file is to change its sign, unless the file states its direction."""
-    points, kind, says_z = read_points(path, kind)
+    """`mirrors_z` of a file."""
+    points, kind, z_up = read_points(path, kind)
     y, z = scale * points.T
-    return not says_z and guess_mirror(y, z, kind, path)
+    return mirrors_z(y, z, kind, path, z_up)
 
 
-def guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) -> bool:
-    """True if the z of a file's points is to change its sign; a warning gives the reason."""
+def mirrors_z(
+    y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path, z_up: bool | None
+) -> bool:
+    """True if the z of a file's points is to change its sign: where the file says that it points
+    up, or by a guess where it says nothing, of which a warning gives the reason.
+    """
+    if z_up is not None:
+        return z_up
     file = Path(path)
     suffix = file.suffix.lower()
     if kind == "rail" and suffix in Z_UP:
@@ -231,6 +270,8 @@ def _hollow(z: np.ndarray) -> bool:
 
 def flange(y: np.ndarray, z: np.ndarray) -> float:
     """Side of a wheel's flange: -1 at the lesser y, 1 at the greater, 0 if it has none."""
+    if _ends_meet(y):
+        y, z = _lower_half(y, z)
     at = int(z.argmax())
     middle = (y.min() + y.max()) / 2
     width = y.max() - y.min()
@@ -311,7 +352,7 @@ def exchanged_sides(y: np.ndarray, z: np.ndarray) -> str:
         return ""
     return (
         f"track.rail: the profile {words}, so its gauge side is probably on the wrong side: "
-        "change the sign of y, or read the file with mirror_y=True"
+        "change the sign of y, or read the file with the other mirror_y (True or False)"
     )
 
 
