@@ -389,3 +389,15 @@ def test_files_have_plans_without_grids(rolling, tmp_path):
     sol.save(tmp_path / "sol.nc")
     loaded = vc.load(tmp_path / "sol.nc")
     assert loaded.plan == sol.plan and loaded.plan.grid is None
+
+
+@pytest.mark.long
+def test_a_default_accuracy_that_is_missed_is_a_warning():
+    """A bump so narrow that grids by default are too coarse for it."""
+    scene = replace(with_bump((10.0, 10.0), 2.0), friction=0.3, motion=vc.Steady(vx=1e-3))
+    sol = vc.solve(scene)
+    assert sol.error_estimate.largest > 0.01
+    assert any("give accuracy=0.01" in words for words in sol.warnings)
+    asked = vc.solve(scene, accuracy=0.01)
+    assert asked.error_estimate.largest <= 0.01
+    assert not any("give accuracy" in words for words in asked.warnings)
