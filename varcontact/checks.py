@@ -127,8 +127,11 @@ def wholes(field: str, value: Any, least: int = 1, most: int | None = None) -> l
 
 
 def is_array(value: Any) -> bool:
-    """True for a value that is meant as several numbers."""
-    return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    """True for a value that is meant as several numbers: a list, an array, a table of pandas."""
+    if isinstance(value, (list, tuple)):
+        return True
+    ndim = getattr(value, "ndim", 0)
+    return isinstance(ndim, int) and ndim > 0
 
 
 def array(

@@ -210,3 +210,21 @@ test_bad_bodies_are_named = refusals(
     (lambda: vc.Scene(bodies=(COAT, 3.0), **ENTRIES), "bodies.lower"),
     by="field",
 )
+
+
+def test_tables_of_pandas_are_arrays():
+    pd = pytest.importorskip("pandas")
+    creepages = pd.Series([1e-3, 2e-3], index=[7, 9])
+    assert vc.Transient(steps=2, vx=creepages).vx == (1e-3, 2e-3)
+    with pytest.raises(vc.SceneError, match="vx"):
+        vc.Transient(steps=2, vx=pd.DataFrame(np.ones((2, 2))))
+    friction = np.linspace(0.1, 0.4, 12).reshape(3, 4)
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Paraboloids(1.0, 2.0),
+        normal_force=0.1,
+        friction=pd.DataFrame(friction),
+        grid=vc.Grid(nx=4, ny=3, dx=0.3, dy=0.4, x0=-0.6, y0=-0.6),
+        motion=vc.Steady(vx=1e-3),
+    )
+    np.testing.assert_array_equal(scene.friction, friction)

@@ -140,6 +140,64 @@ def test_samples_that_end_in_the_contact():
         refused(lambda scene=scene: vc.solve(scene), "surface", match="samples")
 
 
+def with_bump(at, R):
+    """A wide paraboloid and a bump near the edge of the samples, which are 24 wide."""
+    x = np.linspace(-12.0, 12.0, 121)
+    bump = 0.01 + paraboloid(x - at[0], x - at[1], R, R)
+    return vc.Scene(
+        bodies=vc.Bodies(G=82e3, nu=0.28),
+        surface=vc.SampledDistance(np.minimum(paraboloid(x, x, 300.0, 200.0), bump), x, x),
+        normal_force=80e3,
+    )
+
+
+@pytest.mark.parametrize("cells", [8, 12, 24])
+def test_two_patches_that_end_within_the_samples(cells):
+    """Contacts over 85 to 93 % of the samples, and coarse grids with centres beyond these."""
+    for at, R in (((10.0, 10.0), 2.0), ((9.5, 9.5), 5.0), ((9.0, 9.0), 20.0)):
+        sol = vc.solve(replace(with_bump(at, R), grid=vc.Grid(nx=cells, ny=cells)))
+        far = (sol.grid.x > 7) & (sol.grid.y > 7)[:, None]
+        assert sol.pressure[far].any()
+
+
+def test_two_patches_one_of_which_the_samples_cut():
+    for centre, cells in ((11.0, 16), (11.0, 24), (11.5, 8), (11.5, 12)):
+        scene = replace(with_bump((centre, 9.5), 20.0), grid=vc.Grid(nx=cells, ny=cells))
+        with pytest.raises(vc.SceneError, match="the contact reaches the edge of the samples"):
+            vc.solve(scene)
+
+
+@pytest.mark.parametrize("cells", [6, 8, 16])
+@pytest.mark.parametrize("edge", ["centres", "touched"])
+def test_samples_that_end_near_the_contact(cells, edge):
+    """Refused where they end an element before the contact does, solved where they hold it."""
+    scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.1)
+
+    def cut(end):
+        x = end * scene.hertz.a * np.linspace(-1.0, 1.0, 61)
+        y = 2 * scene.hertz.b * np.linspace(-1.0, 1.0, 61)
+        surface = vc.SampledDistance(paraboloid(x, y), x, y)
+        return replace(scene, surface=surface, grid=vc.Grid(nx=cells, ny=cells, edge=edge))
+
+    for end in (1.0, 1.02, 1.04, 1.1):
+        assert vc.solve(cut(end)).converged
+    refused(lambda: vc.solve(cut(1 - 2 / cells)), match="the edge of the samples")
+
+
+def test_the_refusal_of_a_grid_states_the_extent_of_the_whole_contact():
+    scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.3)
+    a, b = scene.hertz.a, scene.hertz.b
+    for normal in ("hertz", "newton"):
+        cut = replace(
+            scene, grid=vc.Grid(nx=24, ny=30, dx=a / 12, dy=b / 12, x0=-1.5 * a, y0=-1.25 * b)
+        )
+        with pytest.raises(vc.SceneError, match="does not contain the contact") as caught:
+            vc.solve(cut, normal=normal)
+        extent = str(caught.value).split("extends to (")[1].split(")")[0]
+        sides = [float(side) for side in extent.split(",")]
+        assert sides == pytest.approx([-a, 7 / 12 * a, -b, b], rel=0.09), normal
+
+
 def test_flat_punch_needs_its_edge():
     """A body that ends says so by a large distance around it."""
     grid = vc.Grid(nx=10, ny=10, dx=0.1, dy=0.1, x0=-0.5, y0=-0.5)
@@ -331,3 +389,15 @@ def test_files_have_plans_without_grids(rolling, tmp_path):
     sol.save(tmp_path / "sol.nc")
     loaded = vc.load(tmp_path / "sol.nc")
     assert loaded.plan == sol.plan and loaded.plan.grid is None
+
+
+@pytest.mark.long
+def test_a_default_accuracy_that_is_missed_is_a_warning():
+    """A bump so narrow that grids by default are too coarse for it."""
+    scene = replace(with_bump((10.0, 10.0), 2.0), friction=0.3, motion=vc.Steady(vx=1e-3))
+    sol = vc.solve(scene)
+    assert sol.error_estimate.largest > 0.01
+    assert any("give accuracy=0.01" in words for words in sol.warnings)
+    asked = vc.solve(scene, accuracy=0.01)
+    assert asked.error_estimate.largest <= 0.01
+    assert not any("give accuracy" in words for words in asked.warnings)

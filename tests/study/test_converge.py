@@ -144,6 +144,14 @@ def test_two_grids_have_a_table_and_no_order(rolling):
     refused(lambda: study.limit("Fz"), match="quantity")
 
 
+def test_a_shift_has_limits_by_the_names_of_its_scene(rolling):
+    study = vc.converge(rolling(motion=vc.Shift(Fx=-0.01)), [6, 8])
+    assert study.limit("ux")["finest"] == study.limit("vx")["finest"] != 0
+    refused(lambda: study.limit("u"), match=r"choose one of .*Fx, .*ux, .*with a method")
+    steady = vc.converge(rolling(), [6, 8])
+    refused(lambda: steady.limit("ux"), match="ux")
+
+
 @pytest.mark.long
 def test_a_method_that_cannot_is_recorded_and_the_rest_go_on(rolling):
     study = vc.converge(rolling(), [4, 5, 6, 7], ["osqp", "tang-safeguarded", "linear"])

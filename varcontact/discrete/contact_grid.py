@@ -109,10 +109,10 @@ class PotentialContact:
         Where the contact went beyond a side, the grid goes on by `more` of the contact's length: of
         a contact that tractions move, only the next elements are known.
         """
-        if self.form.explicit or holds(grid, overlap):
-            raise beyond(self.surface, grid, overlap)
         surface = self.surface
-        if isinstance(surface, SampledDistance) and clipped(overlap, surface) != overlap:
+        if self.form.explicit or holds(grid, overlap):
+            raise beyond(surface, grid, pressure, overlap)
+        if isinstance(surface, SampledDistance) and within_samples(overlap, surface) != overlap:
             allowed = "a larger region: the contact reaches the edge of the samples"
             raise SceneError("surface", _rounded(surface.box, grid.line), allowed)
         inner = np.array(contact_box(grid, pressure))
@@ -198,9 +198,9 @@ def holds(grid: Grid, overlap: Box) -> bool:
     return inside and bottom < overlap[2] and overlap[3] < top
 
 
-def beyond(surface: Surface, grid: Grid, overlap: Box) -> SceneError:
-    """Error for a contact that continues outside an explicit grid, or falls between the
-    elements.
+def beyond(surface: Surface, grid: Grid, pressure: np.ndarray, overlap: Box) -> SceneError:
+    """Error for a contact with a pressure on an explicit grid that continues outside it, or falls
+    between the elements.
     """
     if holds(grid, overlap):
         place = _place((overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2, grid.line)
@@ -209,7 +209,9 @@ def beyond(surface: Surface, grid: Grid, overlap: Box) -> SceneError:
         )
         return TooCoarse("grid", grid, message=message + if_noise(surface, grid))
     remedy = "make it larger, or, where a body ends, add elements with a large distance"
-    extends = f"which extends to {_rounded(overlap, grid.line)}; {remedy}"
+    left, right, bottom, top = zip(contact_box(grid, pressure), overlap, strict=True)
+    extent = min(left), max(right), min(bottom), max(top)
+    extends = f"which extends to {_rounded(extent, grid.line)} or further; {remedy}"
     message = f"{_not_containing(grid)}, {extends}"
     return SceneError("grid", _rounded(grid.box, grid.line), message=message)
 
@@ -265,8 +267,10 @@ def _place(x: float, y: float, line: bool) -> str:
     return f"({x:.6g}, {y:.6g})"
 
 
-def clipped(box: Box, surface: SampledDistance) -> Box:
-    """Part of a box within the samples of a surface."""
+def within_samples(box: Box, surface: Surface) -> Box:
+    """Part of a box within the samples of a surface, where that has samples with coordinates."""
+    if not isinstance(surface, SampledDistance) or surface.x is None:
+        return box
     left, right, bottom, top = surface.box
     return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
 

@@ -9,12 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import Box, contact_box
+from varcontact.discrete.contact_grid import Box, contact_box, within_samples
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState, as_solved, unloaded
 from varcontact.scene.given_bodies import GivenBodies
 from varcontact.scene.grid import Grid
-from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.surfaces import SampledDistance, Surface
 
 INTERPOLATION_ERROR = 0.03
 """Least overlap of samples that counts, divided by the approach per element across; displacements
@@ -35,27 +35,23 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
         solved = replace(unloaded(parts.grid), pressure=pressure, approach=approach)
         box = _beyond(parts, solved, closed_form)
         # centres of parts may lie beyond the samples
-        if box is None and isinstance(parts.surface, SampledDistance):
-            box = _contact_beyond_samples(parts.surface, parts.grid, pressure)
+        if box is None and _beyond_samples(parts.surface, parts.grid, pressure > 0):
+            box = contact_box(parts.grid, pressure)
     if box is None:
         box = _overlapping_samples(disc, state)
     return box
 
 
-def _contact_beyond_samples(
-    surface: SampledDistance, grid: Grid, pressure: np.ndarray
-) -> Box | None:
-    """The box of the contact elements whose centres lie beyond the samples, or None."""
+def _beyond_samples(surface: Surface, grid: Grid, elements: np.ndarray) -> bool:
+    """True if a centre of the marked elements of a grid lies beyond the samples of a surface."""
+    if not isinstance(surface, SampledDistance) or surface.x is None:
+        return False
     left, right, bottom, top = surface.box
-    x = grid.x[None, :]
-    y = grid.y[:, None]
     slack = 1e-9 * max(grid.sides)
-    along_x = (x >= left - slack) & (x <= right + slack)
-    along_y = (y >= bottom - slack) & (y <= top + slack)
-    beyond = (pressure > 0) & ~(along_x & along_y)
-    if not beyond.any():
-        return None
-    return contact_box(grid, beyond)
+    x = grid.x[elements.any(axis=0)]
+    y = grid.y[elements.any(axis=1)]
+    along_x = left - slack <= x[0] and x[-1] <= right + slack
+    return not (along_x and bottom - slack <= y[0] and y[-1] <= top + slack)
 
 
 def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box | None:
@@ -77,7 +73,10 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
     overlap &= _rim(grid)
     if not overlap.any():
         return None
-    return contact_box(grid, overlap)
+    box = contact_box(grid, overlap)
+    if _beyond_samples(disc.surface, grid, overlap):
+        return box
+    return within_samples(box, disc.surface)
 
 
 def _distance_around(disc: Discretisation, state: ContactState, grid: Grid) -> np.ndarray:
@@ -176,13 +175,9 @@ def _between_centres(
 def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
     """Undeformed distance on a grid one element wider: known, or extrapolated from the samples."""
     surface = disc.surface
-    if not isinstance(surface, SampledDistance):
-        return disc.undeformed_distance(grid)
-    if surface.x is not None:
-        left, right, bottom, top = surface.box
-        if grid.x[0] >= left and grid.x[-1] <= right and grid.y[0] >= bottom and grid.y[-1] <= top:
-            return disc.undeformed_distance(grid)
-    # extrapolated: quadratic, or of few layers linear or constant
+    if not isinstance(surface, SampledDistance) or surface.x is not None:
+        return disc.undeformed_distance(grid, beyond=math.inf)
+    # samples without coordinates: extrapolated, quadratic, or of few layers linear or constant
     distance = disc.distance
     axes = [0, 1]
     if grid.line:

@@ -152,6 +152,8 @@ class Transient(
             return None
         if not checks.is_array(value):
             return check(field, value)
+        if not isinstance(value, (list, tuple)):
+            value = np.asarray(value)  # a table of pandas goes over its columns
         if len(value) != self.steps:
             allowed = f"one number, or one for each of the {self.steps} steps"
             raise SceneError(field, f"{len(value)} values", allowed)

@@ -481,6 +481,8 @@ def _not_reached(
     if why == DOES_NOT_FALL:
         estimate = replace(estimate, how=f"{estimate.how}; {why}")
     answer = with_values(levels[-1].answer, estimate)
+    if target.by_default and isinstance(answer, Solution):
+        return _with_missed_default(answer)
     if target.accuracy is None or target.by_default:
         return answer
     reached = answer.error_estimate.largest
@@ -488,6 +490,19 @@ def _not_reached(
         f"accuracy = {target.accuracy:g} is not reached: the estimate is {reached:.2g}, and {why}"
     )
     raise NotConverged(message, reached, answer) from cause
+
+
+def _with_missed_default(answer: Solution) -> Solution:
+    """Answer with a warning if its error exceeds the accuracy by default."""
+    estimate = answer.error_estimate
+    if estimate is None or estimate.largest <= DEFAULT_ACCURACY:
+        return answer
+    warning = (
+        f"the error is estimated at {100 * estimate.largest:.2g} %, not at most "
+        f"{100 * DEFAULT_ACCURACY:g} % as usual: give accuracy={DEFAULT_ACCURACY:g} for "
+        "finer grids, or a grid"
+    )
+    return replace(answer, warnings=(*answer.warnings, warning))
 
 
 def _closed_form(scene: Scene, options: SolveOptions) -> Answer:

@@ -388,7 +388,7 @@ def _coarse_search(
         if min(across) >= narrowest and max(across) >= SEARCH_ELEMENTS_ACROSS:
             break
         around = contact_grid.contact_box(grid, state.pressure, around=1)
-        box = contact_grid.clipped(around, surface)
+        box = contact_grid.within_samples(around, surface)
     box = contact_grid.contact_box(grid, state.pressure)
     return plan.potential_contact.around(box), last_contact
 

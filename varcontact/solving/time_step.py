@@ -421,7 +421,7 @@ class TimeStepping:
         with solver.stats.stage("grid"):
             overlap = outside(disc, state, solver.plan.closed_form)
         if overlap is not None:
-            raise beyond(scene.surface, disc.grid, overlap)
+            raise beyond(scene.surface, disc.grid, state.pressure, overlap)
         solution = finish(scene, disc, state, solver)
         if not solver.plan.has_friction:
             return solution

@@ -136,7 +136,11 @@ def converge(
     key = identity(replace(scene, grid=_spec(scene, 1)), tol)
     total = len(numbers) * len(methods) * offsets
     study = partial(
-        Convergence.of, cells=numbers, methods=[each.name for each in methods], offsets=offsets
+        Convergence.of,
+        cells=numbers,
+        methods=[each.name for each in methods],
+        offsets=offsets,
+        shift=isinstance(scene.motion, Shift),
     )
     imported("pandas")  # imported now: after Ctrl-C the import would have to be waited for
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier study of convergence") as table:

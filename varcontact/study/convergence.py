@@ -26,6 +26,8 @@ QUANTITIES = (
 )  # fmt: skip
 """Quantities that are extrapolated. The norms are roots of the integrals of squares; in a shift vx
 and vy are ux and uy."""
+SHIFTS = {"vx": "ux", "vy": "uy"}
+"""Names of shifts, by the names of creepages."""
 STAIRCASE = ("staircase", "staircase_x", "staircase_y", "staircase_xx", "staircase_yy")
 COLUMNS = (
     "method", "cells", "offset", "outcome", "reason", *QUANTITIES, "spin", "elements", "residual",
@@ -61,17 +63,27 @@ class Convergence(Reported):
         of single solves there; `solver_bound`, the certificate's bound on how
         far that is from the exact solution of the same discrete problem;
         `reason` where something is missing.
+    shift : bool
+        True if the scene is a shift, whose ux and uy are in the columns vx and vy.
     """
 
     runs: pd.DataFrame
     grids: pd.DataFrame
     limits: pd.DataFrame
+    shift: bool = False
 
     @classmethod
     def of(
-        cls, rows: list[dict[str, Any]], cells: Sequence[int], methods: Sequence[str], offsets: int
+        cls,
+        rows: list[dict[str, Any]],
+        cells: Sequence[int],
+        methods: Sequence[str],
+        offsets: int,
+        shift: bool = False,
     ) -> Convergence:
-        """Convergence from the rows of a table that belong to these grids, methods and offsets."""
+        """Convergence from the rows of a table that belong to these grids, methods and offsets; of
+        a scene that rolls, or of a `shift`.
+        """
         import pandas as pd
 
         chosen = [
@@ -92,26 +104,32 @@ class Convergence(Reported):
             for quantity in QUANTITIES
         ]
         return cls(
-            runs, pd.DataFrame(grids), pd.DataFrame([row for row in limits if row is not None])
+            runs,
+            pd.DataFrame(grids),
+            pd.DataFrame([row for row in limits if row is not None]),
+            shift,
         )
 
     @checks.named_options()
     def limit(self, quantity: str, method: str | None = None) -> dict[str, Any]:
         """The row of `limits` of a `quantity` of `QUANTITIES`, as a dict; of the only `method`, or
-        the one named.
+        the one named. In a shift "ux" and "uy" have the rows of vx and vy.
 
         SceneError if there is no such row.
         """
+        row_of = {name: name for name in dict.fromkeys(self.limits["quantity"])}
+        if self.shift:
+            row_of = {SHIFTS.get(name, name): name for name in row_of} | row_of
         rows: list[dict[str, Any]] = [
             row
             for row in self.limits.to_dict("records")
-            if row["quantity"] == quantity and method in (None, row["method"])
+            if row["quantity"] == row_of.get(quantity) and method in (None, row["method"])
         ]
         if len(rows) != 1:
             methods = dict.fromkeys(self.runs["method"])
             message = (
                 f"quantity {quantity!r}, method {method!r} is not one limit; choose one of "
-                f"{', '.join(QUANTITIES)}, with a method of {', '.join(methods)}"
+                f"{', '.join(row_of)}, with a method of {', '.join(methods)}"
             )
             raise SceneError("quantity, method", (quantity, method), message=message)
         return rows[0]
