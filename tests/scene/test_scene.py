@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import varcontact as vc
@@ -213,7 +214,6 @@ test_bad_bodies_are_named = refusals(
 
 
 def test_tables_of_pandas_are_arrays():
-    pd = pytest.importorskip("pandas")
     creepages = pd.Series([1e-3, 2e-3], index=[7, 9])
     assert vc.Transient(steps=2, vx=creepages).vx == (1e-3, 2e-3)
     with pytest.raises(vc.SceneError, match="vx"):

@@ -148,3 +148,15 @@ def test_files_of_others_stay(tmp_path):
     refused(lambda: problem.save(tmp_path / "x.nc"), "path", error=OutputError)
     other = vc.solve(dataclasses.replace(BASE, grid=dataclasses.replace(GRID, nx=9)))
     refused(lambda: problem.save(path, solution=other), "solution")
+
+
+def test_hertz_closed_form_is_no_solution_of_the_grids_equations(tmp_path):
+    """Its residual would be 0.1 and more; the pressure by NORM leaves rounding."""
+    alike = dataclasses.replace(BASE, bodies=ALIKE)
+    problem = vc.friction_problem(alike)
+    closed = vc.solve(alike)
+    refused(lambda: problem.variables_of(closed), "solution", 'normal="norm"')
+    refused(lambda: problem.save(tmp_path / "x.hdf5", solution=closed), "solution")
+    assert not (tmp_path / "x.hdf5").exists()
+    r, unknowns = problem.variables_of(vc.solve(alike, normal="norm", tol=1e-11))
+    assert problem.residual(r, unknowns) < 1e-10

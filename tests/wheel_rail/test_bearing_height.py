@@ -70,12 +70,8 @@ def test_searches_that_take_turns_have_the_heights_of_each_alone():
     assert heights([laws]) == heights([[law] for law in laws])
 
 
-@pytest.mark.parametrize("part", [1.0, 0.97, 1.04])
-def test_patches_tell_the_next_height(part):
-    """Forces change by a part of what patches that stay as they are tell: as soon as that is seen,
-    it counts.
-    """
-    case = wheel(with_friction=False)
+def told_by_patches(case, part):
+    """The search under a power law, where patches tell a part of the step."""
     search = BearingHeight(case, TOL)
     while not search.done:
         z = search.propose()
@@ -84,6 +80,16 @@ def test_patches_tell_the_next_height(part):
         search.learn(force)
         depth = (search.goal / 1e7) ** (2 / 3)
         search.expect(z + (case.touching + depth - z) * part)
+    return search
+
+
+@pytest.mark.parametrize("part", [1.0, 0.97, 1.04])
+def test_patches_tell_the_next_height(part):
+    """Forces change by a part of what patches that stay as they are tell: as soon as that is seen,
+    it counts.
+    """
+    case = wheel(with_friction=False)
+    search = told_by_patches(case, part)
     assert search.z - case.touching == pytest.approx((LOAD / 1e7) ** (2 / 3), rel=1e-7)
     assert search.rounds == (2 if part == 1.0 else 3)
     # known from the second height on, and not forgotten where it has been applied
@@ -93,14 +99,7 @@ def test_patches_tell_the_next_height(part):
 @pytest.mark.parametrize("part", [0.5, 2.0])
 def test_patches_that_tell_little_are_not_followed_for_long(part):
     case = wheel(with_friction=False)
-    search = BearingHeight(case, TOL)
-    while not search.done:
-        z = search.propose()
-        force = pressed(case, 1e7, 1.5, z)
-        search.learn_normal(force)
-        search.learn(force)
-        depth = (search.goal / 1e7) ** (2 / 3)
-        search.expect(z + (case.touching + depth - z) * part)
+    search = told_by_patches(case, part)
     assert search.rounds <= 6
 
 

@@ -111,8 +111,17 @@ class FrictionProblem:
         -------
         r : ndarray, shape (m,)
         l : ndarray, shape (k,)
+
+        Raises
+        ------
+        SceneError
+            For a solution on another grid, and for one with Hertz's pressure in
+            closed form, which does not satisfy the equations of the grid.
         """
         checks.kind("solution", solution, Solution)
+        if solution.plan.closed_form:
+            allowed = 'with a pressure of the grid\'s own equations: solve with normal="norm"'
+            raise SceneError("solution", "one with Hertz's pressure in closed form", allowed)
         disc = discretise(self.scene, PotentialContact.of(self.scene).known)
         if vars(solution.grid) != vars(disc.grid):
             raise SceneError("solution", "another grid", "of the problem's own scene and grid")

@@ -26,13 +26,13 @@ from varcontact.wheel_rail.profile_files import (
 from varcontact.wheel_rail.profile_fit import fitted, normal_distances, outlying, turning
 from varcontact.wheel_rail.profile_shape import (
     TOGETHER,
-    begun_opposite,
     check_shape,
     direction,
     doubt_of,
     exchanged_sides,
     flange,
     mirrors_z,
+    start_opposite,
 )
 from varcontact.wheel_rail.profile_writers import endings_of, written
 
@@ -118,7 +118,7 @@ class Profile(checks.Checked):
             )
         points = np.stack([y, z], axis=1)
         if len(points) >= FEWEST:  # from the track side, without points that lie on each other
-            points = begun_opposite(points, self.kind)
+            points = start_opposite(points, self.kind)
             points = points[:: direction(points, self.kind)]
             steps = np.hypot(*np.diff(points, axis=0).T)
             points = points[np.append(True, steps > TOGETHER * np.median(steps))]

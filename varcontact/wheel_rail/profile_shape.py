@@ -144,7 +144,7 @@ def _ends_meet(y: np.ndarray) -> bool:
     return bool(abs(y[-1] - y[0]) <= np.ptp(y) / 2)
 
 
-def begun_opposite(points: np.ndarray, kind: Kind) -> np.ndarray:
+def start_opposite(points: np.ndarray, kind: Kind) -> np.ndarray:
     """A closed outline, last point = first, begun at the point farthest from what is touched;
     others as they are.
     """
